@@ -1,0 +1,420 @@
+"""Navigation: which floor is free, paths over it (A*), and where to stand to pick an object up and to put it down."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import torch
+from scipy.ndimage import distance_transform_edt
+from torch import Tensor
+
+from hv_sim.parts import Prism, inside_polygon
+
+if TYPE_CHECKING:
+    from hv_sim.scene import Scene
+
+Point = Sequence[float] | np.ndarray
+
+CELL_M = 0.05
+ROBOT_RADIUS_M = 0.32
+"""Clearance that paths keep (shoulders and elbows)."""
+STAND_CLEARANCE_M = 0.12
+"""Clearance of a stand pose, where the robot may be close to a table's edge (pelvis and feet)."""
+RETREAT_M, RETREAT_CLEARANCE_M = 0.7, 0.25
+"""How far the robot steps back from a stand pose, and the clearance that it needs there."""
+OVERHEAD_M = 2.0
+"""What begins above this height is walked under."""
+REACH_M = 0.5
+"""A waypoint counts as reached at this distance."""
+LOW_SUPPORT_M = 0.3
+"""Below this height the robot squats, for which it stands `SQUAT_ROOM_M` farther back."""
+SQUAT_ROOM_M = 0.07
+_BACK_OFF_M = 1.0
+
+
+@dataclass(frozen=True)
+class OccupancyGrid:
+    """Which cells of the floor are taken. Cell (i, j) covers origin_m + cell_m * [i, i+1) x [j, j+1).
+
+    Attributes:
+        origin_m: (2,) world position of the grid's corner.
+        cell_m: width of a cell.
+        cells: (X, Y) bool, True where something stands.
+    """
+
+    origin_m: np.ndarray
+    cell_m: float
+    cells: np.ndarray
+
+    def cell_of(self, xy_m: Point) -> tuple[int, int]:
+        """The cell that holds a point, or the nearest one of the grid."""
+        index = np.floor((np.asarray(xy_m, dtype=float)[:2] - self.origin_m) / self.cell_m).astype(int)
+        i, j = np.clip(index, 0, np.asarray(self.cells.shape) - 1)
+        return int(i), int(j)
+
+    def centers_m(self) -> np.ndarray:
+        """(X, Y, 2) world positions of the cells' centres."""
+        axes = [self.origin_m[k] + (np.arange(self.cells.shape[k]) + 0.5) * self.cell_m for k in range(2)]
+        return np.stack(np.meshgrid(*axes, indexing="ij"), -1)
+
+    def clearance_m(self) -> np.ndarray:
+        """(X, Y) distance from each cell's centre to the nearest taken cell's edge, 0 in taken cells."""
+        if not self.cells.any():
+            return np.full(self.cells.shape, np.inf)
+        return np.maximum(distance_transform_edt(~self.cells) - 0.5, 0.0) * self.cell_m
+
+    def inflated(self, radius_m: float = ROBOT_RADIUS_M) -> OccupancyGrid:
+        """The grid in which a disc of the radius is a point."""
+        return OccupancyGrid(self.origin_m, self.cell_m, self.clearance_m() < radius_m)
+
+    def with_discs(self, centers_m: Iterable[Sequence[float]], radii_m: Iterable[float]) -> OccupancyGrid:
+        """The grid with discs taken as well, for movable objects."""
+        cells, points = self.cells.copy(), self.centers_m()
+        for center, radius in zip(centers_m, radii_m, strict=True):
+            cells |= np.square(points - np.asarray(center, dtype=float)[:2]).sum(-1) <= radius**2
+        return OccupancyGrid(self.origin_m, self.cell_m, cells)
+
+
+@dataclass(frozen=True)
+class SubTaskRoute:
+    """Where to walk for one sub-task, world frame.
+
+    Attributes:
+        pick_stand_xy_yaw: (3,) where to stand and look when picking the object up.
+        place_stand_xy_yaw: (3,) the same for putting it down; the object is then turned as the goal wants.
+        waypoints_to_object: (W1, 2), the last one the pick stand.
+        waypoints_to_goal: (W2, 2), the first one a step back from the pick stand, the last one the place stand.
+        grasp_index: which of the scene's four grasps of the object.
+    """
+
+    pick_stand_xy_yaw: np.ndarray
+    place_stand_xy_yaw: np.ndarray
+    waypoints_to_object: np.ndarray
+    waypoints_to_goal: np.ndarray
+    grasp_index: int
+
+
+def occupancy_grid(solids: Iterable[Prism], room_size_m: Sequence[float], cell_m: float = CELL_M) -> OccupancyGrid:
+    """The floor of a room, middle at the origin, with a ring of taken cells for its walls.
+
+    Args:
+        solids: what stands in it; what begins above `OVERHEAD_M` or does not rise 2 cm above the floor is left out.
+        room_size_m: along x and y.
+        cell_m: width of a cell.
+    """
+    half = np.ceil(np.asarray(room_size_m, dtype=float) / 2 / cell_m).astype(int) + 1
+    grid = OccupancyGrid(-half * cell_m, cell_m, np.zeros(2 * half, dtype=bool))
+    points = grid.centers_m()
+    cells = (np.abs(points) > np.asarray(room_size_m) / 2).any(-1)
+    for solid in solids:
+        if solid.z_low_m < OVERHEAD_M and solid.z_high_m > 0.02:
+            cells |= inside_polygon(points, solid.polygon_m, cell_m / 2)
+    return OccupancyGrid(grid.origin_m, cell_m, cells)
+
+
+def plan_path(grid: OccupancyGrid, start_xy_m: Point, goal_xy_m: Point) -> np.ndarray:
+    """(W, 2) waypoints from just after the start to the goal: A* over 8 neighbours, cut short where the line is free.
+
+    The grid must be inflated already. A start or goal in a taken cell is replaced by the nearest free one; when no way
+    leads to the goal, the path ends at the cell nearest to it that can be reached.
+    """
+    start, goal = _nearest_free(grid, start_xy_m), _nearest_free(grid, goal_xy_m)
+    path = _a_star(grid.cells, start, goal)
+    points = grid.origin_m + (np.asarray(path) + 0.5) * grid.cell_m
+    if not grid.cells[grid.cell_of(goal_xy_m)] and path[-1] == goal:
+        points[-1] = np.asarray(goal_xy_m, dtype=float)[:2]
+    if grid.cells[grid.cell_of(start_xy_m)]:
+        return np.vstack([points[:1], _shortened(grid, points)]) if len(points) > 1 else points
+    points[0] = np.asarray(start_xy_m, dtype=float)[:2]
+    return _shortened(grid, points)
+
+
+def plan_subtask(
+    scene: Scene,
+    subtask: int,
+    robot_xy_m: Point,
+    object_pos_w: np.ndarray,
+    object_rot_w: np.ndarray | None = None,
+) -> SubTaskRoute:
+    """Chooses the side from which to take the sub-task's object, and the ways to it and with it to the goal.
+
+    A side is a grasp (`Scene.grasps_o`); it fixes from where the robot faces the object and, as the object must end up
+    turned as the goal wants, from where it faces the goal. Of the sides with room to stand and to step back at both
+    ends the one with the least walking is taken; without such a side, the one with the most room. Other movable
+    objects are obstacles.
+
+    Args:
+        scene: the scene.
+        subtask: index of the sub-task.
+        robot_xy_m: where the robot is.
+        object_pos_w: (K, 3) where the objects are.
+        object_rot_w: (K, 3, 3) how they are turned; by default as the task put them.
+    """
+    k = int(scene.subtask_object[subtask])
+    positions = np.asarray(object_pos_w, dtype=float)[: scene.num_objects]
+    if object_rot_w is None:
+        yaw = scene.task.objects[k].yaw_rad
+    else:
+        yaw = _yaw_of(np.asarray(object_rot_w, dtype=float)[k])
+    goal, goal_yaw = scene.goal_pos_w[subtask], _yaw_of(scene.goal_rot_w[subtask])
+    others = [i for i in range(scene.num_objects) if i != k]
+    radii = np.linalg.norm(scene.half_extents_m[others, :2], axis=-1)
+    grid = scene.occupancy.with_discs(positions[others], radii)
+    clearance = grid.clearance_m()
+    free = OccupancyGrid(grid.origin_m, grid.cell_m, clearance < ROBOT_RADIUS_M)
+
+    half = scene.half_extents_m[k]
+    sides = []
+    for i in range(4):
+        depth = 2 * float(half[i % 2])
+        picks = _stand(positions[k], yaw + i * np.pi / 2, depth, half[2])
+        places = _stand(goal, goal_yaw + i * np.pi / 2, depth, half[2])
+        lacking = _lacking_room_m(grid, clearance, picks) + _lacking_room_m(grid, clearance, places)
+        before, after = _back_off(free, picks), _back_off(free, places)
+        straight = np.linalg.norm(before - np.asarray(robot_xy_m)[:2]) + np.linalg.norm(after - before)
+        sides.append((lacking, float(straight), i, picks, places, before, after))
+    sides.sort(key=lambda side: (side[0] * 100.0 + side[1], side[2]))
+
+    best: tuple[float, SubTaskRoute] | None = None
+    for lacking, straight_m, i, picks, places, before, after in sides:
+        if best is not None and lacking * 100.0 + straight_m >= best[0]:
+            break  # straight lines are no longer than ways
+        to_object = plan_path(free, robot_xy_m, before)
+        to_goal = plan_path(free, before, after)
+        walk = _length(np.vstack([np.asarray(robot_xy_m)[:2], to_object])) + _length(np.vstack([before, to_goal]))
+        missed = np.linalg.norm(to_object[-1] - before) + np.linalg.norm(to_goal[-1] - after)
+        cost = float(lacking * 100.0 + walk + 100.0 * (missed > 0.5))
+        if best is None or cost < best[0]:
+            ways = np.vstack([to_object, picks[:2]]), np.vstack([before, to_goal, places[:2]])
+            best = cost, SubTaskRoute(picks, places, *ways, grasp_index=i)
+    assert best is not None
+    return best[1]
+
+
+class Navigator:
+    """The waypoints that many environments are walking along.
+
+    A route first leads to the object; its last waypoint stays current until the object has been moved `moved_m` from
+    where it was when the route was planned, then the waypoints to the goal follow.
+
+    Args:
+        scenes: one per environment (N).
+        reach_m: horizontal distance at which a waypoint counts as reached.
+        moved_m: displacement of the object from which it counts as picked up.
+    """
+
+    def __init__(self, scenes: Sequence[Scene], *, reach_m: float = REACH_M, moved_m: float = 0.1) -> None:
+        self.scenes = list(scenes)
+        self.num_envs = len(self.scenes)
+        self._reach_m, self._moved_m = reach_m, moved_m
+        self.routes: list[SubTaskRoute | None] = [None] * self.num_envs
+        """The route of each environment, None before the first `plan`."""
+        self._waypoints = torch.zeros(self.num_envs, 1, 2)
+        self._last = torch.zeros(self.num_envs, dtype=torch.int64)
+        self._last_to_object = torch.zeros(self.num_envs, dtype=torch.int64)
+        self._object_start_w = torch.zeros(self.num_envs, 3)
+        self._rows = torch.arange(self.num_envs)
+        self.waypoint_index = torch.zeros(self.num_envs, dtype=torch.int64)
+        """(N,) number of the current waypoint on the whole route."""
+        self.picked_up = torch.zeros(self.num_envs, dtype=torch.bool)
+        """(N,) the object has been moved since the route was planned."""
+
+    def plan(
+        self,
+        ids: Sequence[int] | Tensor,
+        subtask_index: Tensor,
+        robot_pos_w: Tensor,
+        object_pos_w: Tensor,
+        object_rot_w: Tensor | None = None,
+    ) -> list[SubTaskRoute]:
+        """Plans the routes of environments `ids` anew and returns them.
+
+        Args:
+            ids: environments, (n,).
+            subtask_index: (N,) the sub-task of every environment.
+            robot_pos_w: (N, 2) or (N, 3) where the robots are.
+            object_pos_w: (N, K, 3), absent objects' rows ignored.
+            object_rot_w: (N, K, 3, 3); by default as the tasks put them.
+        """
+        planned = []
+        for env in (int(i) for i in ids):
+            scene, subtask = self.scenes[env], int(subtask_index[env])
+            positions = object_pos_w[env].cpu().numpy()
+            rotations = None if object_rot_w is None else object_rot_w[env].cpu().numpy()
+            route = plan_subtask(scene, subtask, robot_pos_w[env, :2].cpu().numpy(), positions, rotations)
+            points = torch.as_tensor(
+                np.vstack([route.waypoints_to_object, route.waypoints_to_goal]), dtype=torch.float32
+            )
+            if len(points) > self._waypoints.shape[1]:
+                longer = torch.zeros(self.num_envs, len(points), 2)
+                longer[:, : self._waypoints.shape[1]] = self._waypoints
+                self._waypoints = longer
+            self._waypoints[env, : len(points)] = points
+            self._last[env] = len(points) - 1
+            self._last_to_object[env] = len(route.waypoints_to_object) - 1
+            self._object_start_w[env] = object_pos_w[env, int(scene.subtask_object[subtask])]
+            self.waypoint_index[env] = 0
+            self.picked_up[env] = False
+            self.routes[env] = route
+            planned.append(route)
+        return planned
+
+    def update(self, robot_pos_w: Tensor, object_pos_w: Tensor) -> None:
+        """Goes on to the next waypoints where they are reached.
+
+        Args:
+            robot_pos_w: (N, 2) or (N, 3) where the robots are.
+            object_pos_w: (N, 3) where the current sub-tasks' objects are.
+        """
+        displacement = (object_pos_w - self._object_start_w).norm(dim=-1)
+        newly = (displacement > self._moved_m) & ~self.picked_up
+        self.picked_up |= newly
+        self.waypoint_index = torch.where(
+            newly, torch.maximum(self.waypoint_index, self._last_to_object + 1), self.waypoint_index
+        ).minimum(self._last)
+        limit = torch.where(self.picked_up, self._last, self._last_to_object)
+        for _ in range(self._waypoints.shape[1]):
+            near = (self._current_xy() - robot_pos_w[:, :2]).norm(dim=-1) < self._reach_m
+            onward = near & (self.waypoint_index < limit)
+            if not onward.any():
+                break
+            self.waypoint_index = self.waypoint_index + onward.long()
+
+    @property
+    def current_waypoint(self) -> Tensor:
+        """(N, 3) where to walk next, on the floor, world frame."""
+        return torch.cat([self._current_xy(), torch.zeros(self.num_envs, 1)], dim=-1)
+
+    def _current_xy(self) -> Tensor:
+        return self._waypoints[self._rows, self.waypoint_index]
+
+
+def stand_distance_m(depth_m: float, support_height_m: float) -> float:
+    """How far from an object's centre the robot stands to lift it or set it down.
+
+    Args:
+        depth_m: the object's extent along the robot's view.
+        support_height_m: height of what it stands on.
+    """
+    return max(0.34, 0.2 + depth_m / 2) + (SQUAT_ROOM_M if support_height_m < LOW_SUPPORT_M else 0.0)
+
+
+def _stand(position_w: np.ndarray, facing_rad: float, depth_m: float, half_height_m: float) -> np.ndarray:
+    """(3,) x, y and yaw of the robot that faces an object at a position."""
+    distance = stand_distance_m(depth_m, position_w[2] - half_height_m)
+    yaw = np.arctan2(np.sin(facing_rad), np.cos(facing_rad))
+    return np.array([position_w[0] - distance * np.cos(yaw), position_w[1] - distance * np.sin(yaw), yaw])
+
+
+def _lacking_room_m(grid: OccupancyGrid, clearance_m: np.ndarray, stand: np.ndarray) -> float:
+    """By how much clearance falls short at a stand pose (counted tenfold) and behind it; 0 where there is room."""
+    behind = stand[:2] - RETREAT_M * np.array([np.cos(stand[2]), np.sin(stand[2])])
+    here, there = clearance_m[grid.cell_of(stand)], clearance_m[grid.cell_of(behind)]
+    return 10 * max(0.0, STAND_CLEARANCE_M - float(here)) + max(0.0, RETREAT_CLEARANCE_M - float(there))
+
+
+def _back_off(free: OccupancyGrid, stand: np.ndarray) -> np.ndarray:
+    """(2,) the first free place straight behind a stand pose, within a metre, else the nearest free place."""
+    backward = -np.array([np.cos(stand[2]), np.sin(stand[2])])
+    for step in np.arange(0.0, _BACK_OFF_M + 1e-9, free.cell_m):
+        point = stand[:2] + step * backward
+        if not free.cells[free.cell_of(point)]:
+            return point
+    return free.origin_m + (np.array(_nearest_free(free, stand[:2])) + 0.5) * free.cell_m
+
+
+def _yaw_of(rotation: np.ndarray) -> float:
+    """Yaw of a rotation matrix; of its most level axis when the object has toppled."""
+    if np.hypot(rotation[0, 0], rotation[1, 0]) >= 0.5:
+        return float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+    return float(np.arctan2(-rotation[0, 1], rotation[1, 1]))
+
+
+def _length(points: np.ndarray) -> float:
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum())
+
+
+def _nearest_free(grid: OccupancyGrid, xy_m: Point) -> tuple[int, int]:
+    cell = grid.cell_of(xy_m)
+    if not grid.cells[cell]:
+        return cell
+    free = np.argwhere(~grid.cells)
+    if len(free) == 0:
+        return cell
+    nearest = free[np.square(free - np.array(cell)).sum(-1).argmin()]
+    return int(nearest[0]), int(nearest[1])
+
+
+def _a_star(taken: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> list[tuple[int, int]]:
+    """Cells of a shortest way that cuts no taken corner; to the nearest cell that can be reached if the goal cannot."""
+    width = taken.shape[1]
+    blocked = taken.ravel().tolist()
+    goal_i, goal_j = goal
+    diagonal = 2.0**0.5
+
+    def heuristic(node: int) -> float:
+        di, dj = abs(node // width - goal_i), abs(node % width - goal_j)
+        return max(di, dj) + (diagonal - 1.0) * min(di, dj)
+
+    first, last = start[0] * width + start[1], goal_i * width + goal_j
+    cost, parent, closed = {first: 0.0}, {first: first}, set()
+    heap = [(heuristic(first), first)]
+    nearest, nearest_left = first, heuristic(first)
+    rows = taken.shape[0]
+    while heap:
+        node = heapq.heappop(heap)[1]
+        if node in closed:
+            continue
+        closed.add(node)
+        left = heuristic(node)
+        if left < nearest_left:
+            nearest, nearest_left = node, left
+        if node == last:
+            break
+        i, j = divmod(node, width)
+        for di, dj in ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)):
+            if not (0 <= i + di < rows and 0 <= j + dj < width):
+                continue
+            neighbor = node + di * width + dj
+            if blocked[neighbor] or neighbor in closed:
+                continue
+            if di and dj and (blocked[node + di * width] or blocked[node + dj]):
+                continue
+            reached = cost[node] + (diagonal if di and dj else 1.0)
+            if reached < cost.get(neighbor, np.inf):
+                cost[neighbor], parent[neighbor] = reached, node
+                heapq.heappush(heap, (reached + heuristic(neighbor), neighbor))
+    path = [nearest]
+    while path[-1] != first:
+        path.append(parent[path[-1]])
+    return [divmod(node, width) for node in reversed(path)]
+
+
+def _shortened(grid: OccupancyGrid, points: np.ndarray) -> np.ndarray:
+    """(W, 2) the corners that remain when whatever is free to be walked straight is; without the start."""
+    kept, at, end = [], 0, len(points) - 1
+    while at < end:
+        low, high = at + 1, end
+        if _line_is_free(grid, points[at], points[end]):
+            low = end
+        while low < end and high - low > 1:  # a farther point that is seen; the next one always is
+            middle = (low + high) // 2
+            if _line_is_free(grid, points[at], points[middle]):
+                low = middle
+            else:
+                high = middle
+        kept.append(points[low])
+        at = low
+    return np.array(kept) if kept else points[-1:].copy()
+
+
+def _line_is_free(grid: OccupancyGrid, a: np.ndarray, b: np.ndarray) -> bool:
+    steps = max(2, int(np.ceil(np.linalg.norm(b - a) / (0.4 * grid.cell_m))) + 1)
+    points = a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
+    index = np.floor((points - grid.origin_m) / grid.cell_m).astype(int)
+    index = np.clip(index, 0, np.asarray(grid.cells.shape) - 1)
+    return not grid.cells[index[:, 0], index[:, 1]].any()
