@@ -1,0 +1,186 @@
+"""pi_m(proprioception, intent) -> 28 servo targets: reference pose + balance through the legs + a learned residual."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+
+import torch
+from safetensors import safe_open
+from safetensors.torch import save_file
+from torch import Tensor, nn
+
+from hv_policy.motor import embodiment as body
+from hv_policy.motor.balance import BalanceConfig, arm_torques, leg_torques
+from hv_policy.motor.proprioception import PROPRIOCEPTION_DIM, BodyState, read_proprioception
+from hv_policy.motor.reference import GaitConfig, Reference, ReferenceState, advance_reference, start_reference
+
+FEATURE_DIM = PROPRIOCEPTION_DIM + 3 + 2 + 6 + 1 + 2 + 3 + 2 + 3 + 3 + 6 + 2 + 28 + 28
+
+
+@dataclass(frozen=True)
+class MotorPriorConfig:
+    """Sizes of the residual network and the parameters of what it corrects."""
+
+    hidden: tuple[int, ...] = (256, 256)
+    residual_scale_rad: float = 0.3
+    gait: GaitConfig = field(default_factory=GaitConfig)
+    balance: BalanceConfig = field(default_factory=BalanceConfig)
+
+
+class ResidualNetwork(nn.Module):
+    """Normalised features -> 28 residuals in units of `residual_scale_rad`. Starts at zero."""
+
+    def __init__(self, hidden: tuple[int, ...]) -> None:
+        super().__init__()
+        self.register_buffer("mean", torch.zeros(FEATURE_DIM))
+        self.register_buffer("std", torch.ones(FEATURE_DIM))
+        sizes = [FEATURE_DIM, *hidden]
+        layers: list[nn.Module] = []
+        for i, o in zip(sizes[:-1], sizes[1:], strict=True):
+            layers += [nn.Linear(i, o), nn.ELU()]
+        layers.append(nn.Linear(sizes[-1], 28))
+        self.layers = nn.Sequential(*layers)
+        nn.init.zeros_(self.layers[-1].weight)
+        nn.init.zeros_(self.layers[-1].bias)
+
+    def forward(self, features: Tensor) -> Tensor:
+        return self.layers((features - self.mean) / self.std)
+
+
+@dataclass
+class MotorStep:
+    """One step of the controller before its residual: what the network sees and what it corrects."""
+
+    features: Tensor  # (N, FEATURE_DIM)
+    targets: Tensor  # (N, 28) servo targets without the residual, rad
+    reference: Reference
+    state: BodyState
+
+
+class MotorPrior(nn.Module):
+    """A whole-body controller that goes where the intent says, bends, reaches, squeezes and balances.
+
+    It needs proprioception (N, 223) and intent (N, 14) only and keeps the state of its reference, one row per robot.
+    Call `reset(ids)` when robots start anew; the next call then begins from the pose it is shown.
+    """
+
+    def __init__(self, config: MotorPriorConfig | None = None) -> None:
+        super().__init__()
+        self.config = config or MotorPriorConfig()
+        self.residual = ResidualNetwork(self.config.hidden)
+        self.memory: ReferenceState | None = None
+        self._last_residual: Tensor | None = None
+        self._fresh: Tensor | None = None
+
+    def reset(self, ids: Tensor | None = None) -> None:
+        """Forgets the reference of robots `ids` (default: all, and with them the batch size)."""
+        if ids is None or self._fresh is None:
+            self.memory = self._last_residual = self._fresh = None
+        else:
+            self._fresh[ids] = True
+
+    @torch.no_grad()
+    def forward(self, proprioception: Tensor, intent: Tensor) -> Tensor:
+        """(N, 223), (N, 14) -> (N, 28) servo targets in rad."""
+        step = self.advance(proprioception, intent)
+        return self.apply_residual(step, self.residual(step.features))
+
+    @torch.no_grad()
+    def advance(self, proprioception: Tensor, intent: Tensor) -> MotorStep:
+        """Moves the reference on by one control step; `apply_residual` must follow."""
+        n = len(intent)
+        state = read_proprioception(proprioception)
+        if self.memory is None or self._fresh is None or len(self._fresh) != n:
+            self.memory = start_reference(state, intent, self.config.gait)
+            self._last_residual = intent.new_zeros(n, 28)
+            self._fresh = torch.zeros(n, dtype=torch.bool, device=intent.device)
+        elif self._fresh.any():
+            ids = self._fresh.nonzero()[:, 0]
+            rows = BodyState(*(getattr(state, f.name)[ids] for f in fields(state)))
+            self.memory.assign(ids, start_reference(rows, intent[ids], self.config.gait))
+            self._last_residual[ids] = 0.0  # type: ignore[index]
+            self._fresh[ids] = False
+        reference = advance_reference(self.memory, state, intent, self.config.gait)
+        legs = leg_torques(state, reference, self.config.balance).flatten(1)
+        arms = arm_torques(state, self.memory.squeeze, self.config.balance).flatten(1)
+        torque = torch.cat([arms.new_zeros(n, 6), arms, legs], -1)
+        limit = body.TORQUE_LIMIT.to(torque)
+        offset = torque.clamp(-limit, limit) / body.KP.to(torque)
+        targets = reference.joints + body.DAMPING_TIME_S * reference.joint_velocity + offset
+        return MotorStep(self._features(proprioception, state, reference), targets, reference, state)
+
+    def apply_residual(self, step: MotorStep, residual: Tensor) -> Tensor:
+        """(N, 28) network output, in units of the residual's scale -> (N, 28) servo targets in rad."""
+        residual = residual.clamp(-3.0, 3.0)
+        self._last_residual = residual
+        targets = step.targets + self.config.residual_scale_rad * residual
+        low, high = body.JOINT_LOW.to(targets), body.JOINT_HIGH.to(targets)
+        return targets.clamp(low - 0.5, high + 0.5)
+
+    def _features(self, proprioception: Tensor, state: BodyState, reference: Reference) -> Tensor:
+        memory = self.memory
+        assert memory is not None and self._last_residual is not None
+        pelvis = state.pos[:, body.PELVIS]
+        hand_error = (memory.hands - state.pos[:, body.HANDS]).flatten(1)
+        feet = (reference.foot_target - state.pos[:, body.FEET]).flatten(1)
+        angle = 2 * torch.pi * memory.phase
+        clock = torch.stack([angle.sin() * memory.moving, angle.cos() * memory.moving], -1)
+        lean = reference.pelvis_rot.mT @ state.rot[:, body.PELVIS]
+        parts = [
+            proprioception,
+            memory.velocity,
+            memory.posture,
+            hand_error,
+            memory.squeeze[:, None],
+            clock,
+            reference.pelvis_pos - pelvis,
+            reference.stance,
+            lean[:, 2],
+            torch.stack([memory.yaw, memory.gaze[:, 0], memory.gaze[:, 1]], -1),
+            feet,
+            memory.com,
+            reference.joint_velocity,
+            self._last_residual,
+        ]
+        return torch.cat(parts, -1)
+
+
+def save_motor_prior(prior: MotorPrior, path: Path, metadata: dict[str, str] | None = None) -> None:
+    """Weights and configuration as one safetensors file, written whole or not at all."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_suffix(".tmp")
+    header = {"format": "hv_motor_prior/1", "config": json.dumps(asdict(prior.config)), **(metadata or {})}
+    save_file({k: v.contiguous() for k, v in prior.state_dict().items()}, temporary, metadata=header)
+    temporary.replace(path)
+
+
+def load_motor_prior(path: Path) -> MotorPrior:
+    """Reads what `save_motor_prior` wrote.
+
+    Raises:
+        ValueError: the file is not a motor prior, or its weights do not fit its configuration.
+    """
+    with safe_open(str(path), framework="pt") as file:
+        header = file.metadata() or {}
+        if header.get("format") != "hv_motor_prior/1":
+            raise ValueError(f"{path}: format is {header.get('format')!r}; valid: 'hv_motor_prior/1'")
+        weights = {k: file.get_tensor(k) for k in file.keys()}  # noqa: SIM118
+    values = json.loads(header["config"])
+    config = MotorPriorConfig(
+        hidden=tuple(values["hidden"]),
+        residual_scale_rad=values["residual_scale_rad"],
+        gait=GaitConfig(**{**values["gait"], "max_acceleration": tuple(values["gait"]["max_acceleration"])}),
+        balance=BalanceConfig(**values["balance"]),
+    )
+    prior = MotorPrior(config)
+    expected = {k: tuple(v.shape) for k, v in prior.state_dict().items()}
+    found = {k: tuple(v.shape) for k, v in weights.items()}
+    if expected != found:
+        wrong = sorted(k for k in expected.keys() | found.keys() if expected.get(k) != found.get(k))
+        raise ValueError(f"{path}: weights {wrong} do not fit the configuration; expected {[expected.get(k) for k in wrong]}")
+    prior.load_state_dict(weights, strict=True)
+    prior.eval()
+    return prior

@@ -1,0 +1,52 @@
+"""Reads the 223 numbers of proprioception back into link poses and velocities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from hv_policy.motor import embodiment as body
+
+PROPRIOCEPTION_DIM = 223
+
+
+@dataclass
+class BodyState:
+    """Link kinematics in the heading frame, origin on the floor under the pelvis; metres, m/s, rad/s."""
+
+    pos: Tensor  # (N, 15, 3)
+    rot: Tensor  # (N, 15, 3, 3)
+    lin_vel: Tensor  # (N, 15, 3)
+    ang_vel: Tensor  # (N, 15, 3)
+
+    @property
+    def com(self) -> Tensor:
+        """(N, 3) centre of mass of the robot."""
+        mass, offset = body.BODY_MASS_KG.to(self.pos), body.BODY_COM_M.to(self.pos)
+        centres = self.pos + (self.rot @ offset[..., None])[..., 0]
+        return (centres * mass[:, None]).sum(1) / mass.sum()
+
+    @property
+    def heading_rate(self) -> Tensor:
+        """(N,) rad/s: rate of the yaw of the pelvis' x axis (not its angular velocity's z component when it is pitched)."""
+        forward = self.rot[:, body.PELVIS, :, 0]
+        w = self.ang_vel[:, body.PELVIS]
+        return w[:, 2] - w[:, 0] * forward[:, 2] / forward[:, 0].clamp(min=0.2)
+
+
+def read_proprioception(proprioception: Tensor) -> BodyState:
+    """(N, 223): root height 1, link positions 14 x 3, rotations 15 x 6, linear and angular velocities 15 x 3 each.
+
+    Raises:
+        ValueError: the last dimension is not 223.
+    """
+    if proprioception.shape[-1] != PROPRIOCEPTION_DIM:
+        raise ValueError(f"proprioception: last dimension is {proprioception.shape[-1]}; valid: {PROPRIOCEPTION_DIM}")
+    height, links, six, lin, ang = proprioception.split([1, 42, 90, 45, 45], -1)
+    pos = torch.cat([torch.zeros_like(height), torch.zeros_like(height), torch.zeros_like(height), links], -1).unflatten(-1, (15, 3))
+    pos = torch.cat([pos[..., :2], pos[..., 2:] + height[:, None]], -1)
+    x, y = six.unflatten(-1, (15, 2, 3)).unbind(-2)
+    rot = torch.stack([x, y, torch.linalg.cross(x, y)], -1)
+    return BodyState(pos, rot, lin.unflatten(-1, (15, 3)), ang.unflatten(-1, (15, 3)))
