@@ -1,7 +1,9 @@
 """The 28-degree-of-freedom humanoid (15 bodies, 48.9 kg) that AMP, ASE and HumanVLA use, as MJCF built in code.
 
-Offsets, masses, joint ranges, servo gains and torque limits are those of that model; the armature is ours: 0.1 kg m^2 on every
-joint (a geared robot's value), which keeps 120 Hz physics as accurate as 240 Hz (0.02 chatters where a servo saturates).
+Offsets, masses, joint ranges, servo gains and torque limits are those of that model; the armature is ours: 0.1 kg
+m^2 on every
+joint (a geared robot's value), which keeps 120 Hz physics as accurate as 240 Hz (0.02 chatters where a servo
+saturates).
 """
 
 from __future__ import annotations
@@ -120,7 +122,8 @@ def add_humanoid(spec: mujoco.MjSpec) -> mujoco.MjsBody:
 
     It then owns bodies 1..15 (`BODY_NAMES`), qpos[0:35], qvel[0:34] and ctrl[0:28], the camera `head`
     (90 degrees, in the head's frame at (.10, 0, .175), tilted 20 degrees down) and one contact sensor per body,
-    `contact_<body>` (found, position): the deepest contact of the body with the static world. Sets the spec's angles to radians.
+    `contact_<body>` (found, position): the deepest contact of the body with the static world. Sets the spec's angles
+    to radians.
     """
     spec.compiler.degree = False
     pelvis = spec.worldbody.add_body(name="pelvis", pos=[0, 0, STANDING_HEIGHT_M])
@@ -166,7 +169,9 @@ def add_humanoid(spec: mujoco.MjSpec) -> mujoco.MjsBody:
     for first, second in _NO_SELF_COLLISION:
         spec.add_exclude(bodyname1=first, bodyname2=second)
     for body in BODY_NAMES:
-        found_pos = sum(1 << int(f) for f in (mujoco.mjtConDataField.mjCONDATA_FOUND, mujoco.mjtConDataField.mjCONDATA_POS))
+        found_pos = sum(
+            1 << int(f) for f in (mujoco.mjtConDataField.mjCONDATA_FOUND, mujoco.mjtConDataField.mjCONDATA_POS)
+        )
         sensor = spec.add_sensor(name=f"contact_{body}", type=mujoco.mjtSensor.mjSENS_CONTACT)
         sensor.objtype, sensor.objname = mujoco.mjtObj.mjOBJ_BODY, body
         sensor.reftype, sensor.refname = mujoco.mjtObj.mjOBJ_BODY, "world"
@@ -184,7 +189,8 @@ BODY_MASS_KG = {
 
 
 def standing_qpos(position_xy_m: np.ndarray | tuple[float, float], yaw_rad: float) -> np.ndarray:
-    """(35,) generalised position: standing at the given place and yaw in the world frame, arms hanging, knees slightly bent."""
+    """(35,) generalised position: standing at the given place and yaw in the world frame, arms hanging, knees
+    slightly bent."""
     qpos = np.zeros(ROBOT_NQ)
     hip, knee = -0.20, 0.40
     leg = 0.421546 * np.cos(hip) + 0.40987 * np.cos(knee + hip)
@@ -200,7 +206,9 @@ def standing_qpos(position_xy_m: np.ndarray | tuple[float, float], yaw_rad: floa
     return qpos
 
 
-def _child(parent: mujoco.MjsBody, name: str, pos: tuple[float, float, float], joints: tuple[str, ...]) -> mujoco.MjsBody:
+def _child(
+    parent: mujoco.MjsBody, name: str, pos: tuple[float, float, float], joints: tuple[str, ...]
+) -> mujoco.MjsBody:
     body = parent.add_body(name=name, pos=list(pos))
     for joint in joints:
         axis = _AXES.get(joint[-1], (0, 1, 0)) if joint[-2] == "_" else (0, 1, 0)

@@ -16,7 +16,7 @@ from hv_sim.physics import PhysicsState
 
 _VELOCITY_STAGE = int(mujoco.mjtStage.mjSTAGE_VEL)
 _ROBOT = slice(1, 1 + NUM_BODIES)
-_FIELDS = ("qpos", "qvel", "ctrl", "xpos", "xmat", "cvel", "subtree_com", "sensordata")
+_FIELDS = ("qpos", "qvel", "ctrl", "xpos", "xmat", "cvel", "subtree_com", "sensordata", "xfrc_applied")
 
 
 @dataclass
@@ -29,6 +29,7 @@ class _Group:
     num_objects: int
     contact_address: np.ndarray
     view: dict[str, np.ndarray]
+    pushed: bool = False
 
 
 class MujocoPhysics:
@@ -47,18 +48,23 @@ class MujocoPhysics:
         if not models:
             raise ValueError("models: empty; at least one scene is needed")
         self.num_envs = len(models)
+        self._control_hz = control_hz
         layouts: dict[tuple, list[int]] = {}
         substeps = set()
         for i, model in enumerate(models):
             if model.nq < ROBOT_NQ or model.nbody <= NUM_BODIES or model.body(1).name != BODY_NAMES[0]:
-                raise ValueError(f"models[{i}]: does not begin with the humanoid's bodies {BODY_NAMES[0]}..{BODY_NAMES[-1]}")
+                raise ValueError(
+                    f"models[{i}]: does not begin with the humanoid's bodies {BODY_NAMES[0]}..{BODY_NAMES[-1]}"
+                )
             exact = 1.0 / (control_hz * model.opt.timestep)
             if abs(exact - round(exact)) > 1e-6 or round(exact) < 1:
                 raise ValueError(f"models[{i}].opt.timestep: {model.opt.timestep} does not divide 1/{control_hz} s")
             substeps.add(round(exact))
             layouts.setdefault(_layout(model), []).append(i)
         if len(substeps) > 1:
-            raise ValueError(f"models: physics rates differ within one batch: {sorted(substeps)} steps per control step")
+            raise ValueError(
+                f"models: physics rates differ within one batch: {sorted(substeps)} steps per control step"
+            )
         self._substeps = substeps.pop()
         self._groups = [_make_group([models[i] for i in ids], np.array(ids), num_threads) for ids in layouts.values()]
         self._group_of = np.empty(self.num_envs, dtype=np.int64)
@@ -99,11 +105,26 @@ class MujocoPhysics:
             else:
                 group.view["ctrl"][rows] = targets[group.ids[rows]]
             group.batch.step(rows, nstep=self._substeps, stage=_VELOCITY_STAGE)
+            if group.pushed:
+                group.view["xfrc_applied"][:] = 0.0
+                group.pushed = False
 
     def push(self, ids: Sequence[int] | np.ndarray, velocity_m_s: np.ndarray) -> None:
         """Adds (n, 3) world velocities to whole robots, as an impulse of velocity times their mass would."""
         for env, velocity in zip(ids, velocity_m_s, strict=True):
             self._groups[self._group_of[env]].view["qvel"][self._row_of[env], :3] += velocity
+
+    def apply_impulse(self, ids: Sequence[int] | np.ndarray, link: int, impulse_n_s: np.ndarray) -> None:
+        """Pushes one link with (n, 3) world impulses in N s, spread over the next control step.
+
+        Args:
+            ids: simulations, (n,).
+            link: index into `hv_sim.humanoid.BODY_NAMES`.
+        """
+        for env, impulse in zip(ids, impulse_n_s, strict=True):
+            group, row = self._groups[self._group_of[env]], self._row_of[env]
+            group.view["xfrc_applied"][row, 1 + link, :3] = impulse * self._control_hz
+            group.pushed = True
 
     def state(self) -> PhysicsState:
         parts = [_group_state(g, self.num_objects) for g in self._groups]
@@ -124,7 +145,21 @@ class MujocoPhysics:
 
 
 def _layout(model: mujoco.MjModel) -> tuple:
-    names = ("nq", "nv", "nu", "na", "nbody", "njnt", "ngeom", "nsite", "ncam", "nlight", "nsensordata", "nmocap", "nbvh")
+    names = (
+        "nq",
+        "nv",
+        "nu",
+        "na",
+        "nbody",
+        "njnt",
+        "ngeom",
+        "nsite",
+        "ncam",
+        "nlight",
+        "nsensordata",
+        "nmocap",
+        "nbvh",
+    )
     return tuple(int(getattr(model, n)) for n in names)
 
 
@@ -147,7 +182,11 @@ def _group_state(group: _Group, num_objects: int) -> dict[str, Tensor]:
     spatial = view["cvel"][:, bodies]
     # cvel is the velocity of the point at the root's centre of mass, rotation first (MuJoCo, "mjData.cvel")
     com = np.concatenate(
-        [np.broadcast_to(view["subtree_com"][:, 1:2], (n, NUM_BODIES, 3)), view["subtree_com"][:, 1 + NUM_BODIES : bodies.stop]], 1
+        [
+            np.broadcast_to(view["subtree_com"][:, 1:2], (n, NUM_BODIES, 3)),
+            view["subtree_com"][:, 1 + NUM_BODIES : bodies.stop],
+        ],
+        1,
     )
     ang = spatial[..., :3]
     lin = spatial[..., 3:] + np.cross(ang, view["xpos"][:, bodies] - com)
@@ -173,6 +212,3 @@ def _group_state(group: _Group, num_objects: int) -> dict[str, Tensor]:
         "body_contact": torch.from_numpy(found),
         "body_contact_height_m": torch.from_numpy(np.where(found, height, 0.0).astype(np.float32)),
     }
-
-
-

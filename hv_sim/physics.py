@@ -8,7 +8,6 @@ from typing import Protocol
 
 import mujoco
 import numpy as np
-import torch
 from torch import Tensor
 
 
@@ -41,7 +40,9 @@ class PhysicsBackend(Protocol):
     num_envs: int
     num_objects: int
 
-    def reset(self, ids: Sequence[int] | np.ndarray, qpos: Sequence[np.ndarray], qvel: Sequence[np.ndarray] | None = None) -> None:
+    def reset(
+        self, ids: Sequence[int] | np.ndarray, qpos: Sequence[np.ndarray], qvel: Sequence[np.ndarray] | None = None
+    ) -> None:
         """Puts simulations `ids` at rest, or at `qvel`, in the given generalised positions."""
 
     def step(self, joint_targets: Tensor, ids: Sequence[int] | np.ndarray | None = None) -> None:

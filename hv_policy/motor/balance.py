@@ -26,13 +26,15 @@ class BalanceConfig:
     velocity_gain: float = 250.0
     rotation_gain: float = 500.0
     rotation_damping: float = 50.0
+    stepping_share: float = 0.5
+    """What is left of the rotation's stiffness while stepping: one leg's worth of inertia rings at 30 Hz with more."""
     force_limit: float = 250.0
     moment_limit: float = 120.0
     sole_toe_m: float = 0.11
     sole_heel_m: float = 0.035
     sole_half_width_m: float = 0.035
     sole_yaw_limit: float = 15.0
-    squeeze_force: float = 90.0
+    squeeze_force: float = 120.0
     grounded_mass_kg: float = 5.0
 
 
@@ -52,7 +54,8 @@ def leg_torques(state: BodyState, reference: Reference, config: BalanceConfig) -
     )
     spin = -state.ang_vel[:, body.PELVIS]
     spin = torch.cat([spin[:, :2], spin[:, 2:] + reference.velocity[:, 2:]], -1)
-    moment = config.rotation_gain * turn + config.rotation_damping * spin
+    share = 1.0 - (1.0 - config.stepping_share) * reference.moving[:, None]
+    moment = (config.rotation_gain * turn + config.rotation_damping * spin) * share
     moment = moment.clamp(-config.moment_limit, config.moment_limit)
     # gravity acts at the centre of mass, the wrench at the pelvis
     lever = state.com - pelvis
@@ -110,7 +113,9 @@ def arm_torques(state: BodyState, squeeze: Tensor, config: BalanceConfig) -> Ten
     origins = torch.stack([upper, upper, upper, lower], -2)
 
     def torque(point: Tensor, force: Tensor) -> Tensor:
-        return (axes * torch.linalg.cross(point[..., None, :] - origins, force[..., None, :].expand_as(origins))).sum(-1)
+        return (axes * torch.linalg.cross(point[..., None, :] - origins, force[..., None, :].expand_as(origins))).sum(
+            -1
+        )
 
     up = torch.zeros_like(hand)
     up[..., 2] = body.GRAVITY

@@ -52,7 +52,9 @@ BODY_COM_M[SHINS, 2] = -0.2
 BODY_COM_M[FEET] = torch.tensor([0.045, 0.0, -0.0225])
 
 
-def _per_joint(abdomen: float, neck: float, shoulder: float, elbow: float, hip: float, knee: float, ankle: float) -> torch.Tensor:
+def _per_joint(
+    abdomen: float, neck: float, shoulder: float, elbow: float, hip: float, knee: float, ankle: float
+) -> torch.Tensor:
     arm = [shoulder] * 3 + [elbow]
     leg = [hip] * 3 + [knee] + [ankle] * 3
     return torch.tensor([abdomen] * 3 + [neck] * 3 + arm * 2 + leg * 2)
@@ -75,7 +77,5 @@ JOINT_LOW, JOINT_HIGH = torch.tensor(
 
 # joint order reflected in the sagittal plane, and the sign that each reflected joint takes
 MIRROR_JOINTS = torch.tensor([0, 1, 2, 3, 4, 5, 10, 11, 12, 13, 6, 7, 8, 9, *range(21, 28), *range(14, 21)])
-MIRROR_JOINT_SIGN = torch.tensor(
-    [-1.0, 1, -1, -1, 1, -1] + [-1.0, 1, -1, 1] * 2 + [-1.0, 1, -1, 1, -1, 1, -1] * 2
-)
+MIRROR_JOINT_SIGN = torch.tensor([-1.0, 1, -1, -1, 1, -1] + [-1.0, 1, -1, 1] * 2 + [-1.0, 1, -1, 1, -1, 1, -1] * 2)
 MIRROR_BODIES = torch.tensor([0, 1, 2, 6, 7, 8, 3, 4, 5, 12, 13, 14, 9, 10, 11])

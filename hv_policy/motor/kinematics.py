@@ -68,8 +68,10 @@ def shoulder_positions(torso_pos: Tensor, torso_rot: Tensor) -> Tensor:
 def leg_inverse_kinematics(hip: Tensor, ankle: Tensor, pelvis_rot: Tensor, foot_yaw: Tensor) -> Tensor:
     """Joint angles that bring the ankles to given places with flat soles.
 
-    Analytic: the knee from the distance, the hip's x and y from the thigh's direction, its z from the leg's plane. Where
-    the thigh points straight ahead of the pelvis (hip y = -90 degrees) x is not determined by the direction; it is damped
+    Analytic: the knee from the distance, the hip's x and y from the thigh's direction, its z from the leg's plane.
+    Where
+    the thigh points straight ahead of the pelvis (hip y = -90 degrees) x is not determined by the direction; it is
+    damped
     there, so that a deep squat passes the singularity with a small sideways error instead of a jump.
 
     Args:
@@ -103,14 +105,17 @@ def leg_inverse_kinematics(hip: Tensor, ankle: Tensor, pelvis_rot: Tensor, foot_
     return torch.cat([hip_angles, knee[..., None], ankle_angles], -1)
 
 
-def arm_forward_kinematics(shoulder: Tensor, torso_rot: Tensor, angles: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+def arm_forward_kinematics(
+    shoulder: Tensor, torso_rot: Tensor, angles: Tensor
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     """Hand and elbow positions with their Jacobians.
 
     Args:
         shoulder: (N, 2, 3). torso_rot: (N, 3, 3). angles: (N, 2, 4) shoulder xyz and elbow in rad.
 
     Returns:
-        hand (N, 2, 3), its Jacobian (N, 2, 3, 4) in m/rad, elbow (N, 2, 3) and its Jacobian, in the frame of the inputs.
+        hand (N, 2, 3), its Jacobian (N, 2, 3, 4) in m/rad, elbow (N, 2, 3) and its Jacobian, in the frame of the
+        inputs.
     """
     upper_rot = torso_rot[:, None] @ euler_matrix(angles[..., :3])
     elbow = shoulder - upper_rot[..., 2] * body.UPPER_ARM_M
@@ -135,8 +140,10 @@ def arm_inverse_kinematics(
 ) -> Tensor:
     """Moves arm angles toward hand targets: damped least squares, elbows out in its null space.
 
-    Differential, from the angles given, because the shoulder's three hinges lock where the arm points ahead of the torso
-    and an arm has one joint to spare: continuity and joint limits matter more than exactness in one step. The spare joint
+    Differential, from the angles given, because the shoulder's three hinges lock where the arm points ahead of the
+    torso
+    and an arm has one joint to spare: continuity and joint limits matter more than exactness in one step. The spare
+    joint
     turns the elbow outward, so that hands that press an object's sides arrive before the forearms touch its edges.
 
     Args:

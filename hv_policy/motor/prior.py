@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -38,7 +39,7 @@ class ResidualNetwork(nn.Module):
         self.register_buffer("std", torch.ones(FEATURE_DIM))
         sizes = [FEATURE_DIM, *hidden]
         layers: list[nn.Module] = []
-        for i, o in zip(sizes[:-1], sizes[1:], strict=True):
+        for i, o in itertools.pairwise(sizes):
             layers += [nn.Linear(i, o), nn.ELU()]
         layers.append(nn.Linear(sizes[-1], 28))
         self.layers = nn.Sequential(*layers)
@@ -121,7 +122,8 @@ class MotorPrior(nn.Module):
 
     def _features(self, proprioception: Tensor, state: BodyState, reference: Reference) -> Tensor:
         memory = self.memory
-        assert memory is not None and self._last_residual is not None
+        assert memory is not None
+        assert self._last_residual is not None
         pelvis = state.pos[:, body.PELVIS]
         hand_error = (memory.hands - state.pos[:, body.HANDS]).flatten(1)
         feet = (reference.foot_target - state.pos[:, body.FEET]).flatten(1)
@@ -157,6 +159,14 @@ def save_motor_prior(prior: MotorPrior, path: Path, metadata: dict[str, str] | N
     temporary.replace(path)
 
 
+SHIPPED_MOTOR_PRIOR = Path(__file__).resolve().parents[1] / "weights" / "motor_prior.safetensors"
+
+
+def load_shipped_motor_prior() -> MotorPrior:
+    """The motor prior that comes with the package."""
+    return load_motor_prior(SHIPPED_MOTOR_PRIOR)
+
+
 def load_motor_prior(path: Path) -> MotorPrior:
     """Reads what `save_motor_prior` wrote.
 
@@ -167,7 +177,7 @@ def load_motor_prior(path: Path) -> MotorPrior:
         header = file.metadata() or {}
         if header.get("format") != "hv_motor_prior/1":
             raise ValueError(f"{path}: format is {header.get('format')!r}; valid: 'hv_motor_prior/1'")
-        weights = {k: file.get_tensor(k) for k in file.keys()}  # noqa: SIM118
+        weights = {k: file.get_tensor(k) for k in file.keys()}
     values = json.loads(header["config"])
     config = MotorPriorConfig(
         hidden=tuple(values["hidden"]),
@@ -180,7 +190,9 @@ def load_motor_prior(path: Path) -> MotorPrior:
     found = {k: tuple(v.shape) for k, v in weights.items()}
     if expected != found:
         wrong = sorted(k for k in expected.keys() | found.keys() if expected.get(k) != found.get(k))
-        raise ValueError(f"{path}: weights {wrong} do not fit the configuration; expected {[expected.get(k) for k in wrong]}")
+        raise ValueError(
+            f"{path}: weights {wrong} do not fit the configuration; expected {[expected.get(k) for k in wrong]}"
+        )
     prior.load_state_dict(weights, strict=True)
     prior.eval()
     return prior

@@ -30,7 +30,8 @@ class BodyState:
 
     @property
     def heading_rate(self) -> Tensor:
-        """(N,) rad/s: rate of the yaw of the pelvis' x axis (not its angular velocity's z component when it is pitched)."""
+        """(N,) rad/s: rate of the yaw of the pelvis' x axis (not its angular velocity's z component when it is
+        pitched)."""
         forward = self.rot[:, body.PELVIS, :, 0]
         w = self.ang_vel[:, body.PELVIS]
         return w[:, 2] - w[:, 0] * forward[:, 2] / forward[:, 0].clamp(min=0.2)
@@ -45,7 +46,9 @@ def read_proprioception(proprioception: Tensor) -> BodyState:
     if proprioception.shape[-1] != PROPRIOCEPTION_DIM:
         raise ValueError(f"proprioception: last dimension is {proprioception.shape[-1]}; valid: {PROPRIOCEPTION_DIM}")
     height, links, six, lin, ang = proprioception.split([1, 42, 90, 45, 45], -1)
-    pos = torch.cat([torch.zeros_like(height), torch.zeros_like(height), torch.zeros_like(height), links], -1).unflatten(-1, (15, 3))
+    pos = torch.cat(
+        [torch.zeros_like(height), torch.zeros_like(height), torch.zeros_like(height), links], -1
+    ).unflatten(-1, (15, 3))
     pos = torch.cat([pos[..., :2], pos[..., 2:] + height[:, None]], -1)
     x, y = six.unflatten(-1, (15, 2, 3)).unbind(-2)
     rot = torch.stack([x, y, torch.linalg.cross(x, y)], -1)

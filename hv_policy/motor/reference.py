@@ -1,7 +1,9 @@
 """From an intent to a full-body reference pose: a walking, bending, reaching body that answers to the real one.
 
-All planar quantities are kept in the robot's current heading frame and carried from step to step by its measured motion,
-so nothing here needs a world position. The pelvis reference leads the real pelvis by a filtered, bounded amount; footholds
+All planar quantities are kept in the robot's current heading frame and carried from step to step by its measured
+motion,
+so nothing here needs a world position. The pelvis reference leads the real pelvis by a filtered, bounded amount;
+footholds
 are re-planned during the swing from the measured velocity (capture point), never while a foot stands.
 """
 
@@ -35,19 +37,22 @@ PELVIS_PITCH_SHARE = 0.42
 
 @dataclass(frozen=True)
 class GaitConfig:
-    """Timing and bounds of the reference. The defaults were chosen by survival without learning (docs/motor_prior.md)."""
+    """Timing and bounds of the reference. The defaults were chosen by survival without learning
+    (docs/motor_prior.md)."""
 
-    step_duration_s: float = 0.42
+    step_duration_s: float = 0.36
     double_support: float = 0.2
     half_stance_m: float = 0.095
     clearance_m: float = 0.06
     closest_feet_m: float = 0.13
-    sway_m: float = 0.02
+    sway_m: float = 0.008
     sole_centre_m: float = 0.035
-    capture_gain_s: float = 0.22
+    capture_gain_s: float = 0.18
     swing_lead_s: float = 0.05
+    step_ahead: float = 0.4
+    travel_share: float = 0.5
     max_acceleration: tuple[float, float, float] = (1.6, 1.2, 4.0)
-    anchor_rate: float = 2.0
+    anchor_rate: float = 8.0
     anchor_bound_m: float = 0.12
     yaw_bound_rad: float = 0.35
     stand_rate: float = 8.0
@@ -98,6 +103,7 @@ class Reference:
     pelvis_rot: Tensor  # (N, 3, 3)
     velocity: Tensor  # (N, 3) planar velocity and yaw rate wanted now, sway included
     stance: Tensor  # (N, 2) 1 where the foot bears load
+    moving: Tensor  # (N,) 1 while stepping
     foot_target: Tensor  # (N, 2, 3) ankle positions wanted now
     foothold: Tensor  # (N, 2) planned landing place of the swinging foot
 
@@ -150,16 +156,21 @@ def standing_pose(height: Tensor, pitch: Tensor, hands: Tensor) -> tuple[Tensor,
         [ahead[:, None].expand(n, 2), 0.095 * sign.expand(n, 2), torch.full((n, 2), body.ANKLE_HEIGHT_M)], -1
     )
     preferred = preferred_arm_angles(pitch)
-    arms = arm_inverse_kinematics(shoulder_positions(torso, torso_rot), torso_rot, hands, preferred, preferred, iterations=25)
+    arms = arm_inverse_kinematics(
+        shoulder_positions(torso, torso_rot), torso_rot, hands, preferred, preferred, iterations=25
+    )
     joints = height.new_zeros(n, 28)
     joints[:, 1] = pitch - lean
     joints[:, 6:14] = arms.flatten(1)
-    joints[:, 14:] = leg_inverse_kinematics(hip_positions(pelvis, pelvis_rot), feet, pelvis_rot, zero[:, None].expand(n, 2)).flatten(1)
+    joints[:, 14:] = leg_inverse_kinematics(
+        hip_positions(pelvis, pelvis_rot), feet, pelvis_rot, zero[:, None].expand(n, 2)
+    ).flatten(1)
     return joints.clamp(body.JOINT_LOW.to(joints), body.JOINT_HIGH.to(joints)), lean
 
 
 def start_reference(state: BodyState, intent: Tensor, config: GaitConfig) -> ReferenceState:
-    """A reference for robots that stand on both feet as measured, with their hands on the way to the intent's targets."""
+    """A reference for robots that stand on both feet as measured, with their hands on the way to the intent's
+    targets."""
     n = len(intent)
     feet = state.pos[:, body.FEET]
     forward = state.rot[:, body.FEET, :, 0]
@@ -219,11 +230,15 @@ def advance_reference(ref: ReferenceState, state: BodyState, intent: Tensor, con
     pelvis_xy = ref.anchor + left * sway[:, None]
     pelvis_pos = torch.cat([pelvis_xy, ref.posture[:, :1]], -1)
     pelvis_rot = rotation_z(ref.yaw) @ rotation_y(ref.posture[:, 1] * PELVIS_PITCH_SHARE)
-    velocity = torch.cat([rotate_xy(ref.yaw, ref.velocity[:, :2]) + left * sway_velocity[:, None], ref.velocity[:, 2:]], -1)
+    velocity = torch.cat(
+        [rotate_xy(ref.yaw, ref.velocity[:, :2]) + left * sway_velocity[:, None], ref.velocity[:, 2:]], -1
+    )
 
     foothold, foothold_yaw = _plan_foothold(ref, state, config, sway_velocity, stance_side)
     # the servos lag behind a swinging leg's inertia: ask for where the foot should be a little later
-    progress = ((ref.phase + config.swing_lead_s / config.step_duration_s - margin) / (1 - config.double_support)).clamp(0, 1)
+    progress = (
+        (ref.phase + config.swing_lead_s / config.step_duration_s - margin) / (1 - config.double_support)
+    ).clamp(0, 1)
     smooth = progress * progress * (3 - 2 * progress)
     swing_xy = ref.swing_start[:, :2] + (foothold - ref.swing_start[:, :2]) * smooth[:, None]
     swing_yaw = ref.swing_start[:, 2] + (foothold_yaw - ref.swing_start[:, 2]) * smooth
@@ -236,7 +251,9 @@ def advance_reference(ref: ReferenceState, state: BodyState, intent: Tensor, con
 
     # standing legs hold the reference pelvis over the feet; a swinging leg hangs from the pelvis as it really is
     hips_reference = hip_positions(pelvis_pos, pelvis_rot)
-    hips_measured = hip_positions(state.pos[:, body.PELVIS] + state.lin_vel[:, body.PELVIS] * dt, state.rot[:, body.PELVIS])
+    hips_measured = hip_positions(
+        state.pos[:, body.PELVIS] + state.lin_vel[:, body.PELVIS] * dt, state.rot[:, body.PELVIS]
+    )
     legs = leg_inverse_kinematics(hips_reference, foot_target, pelvis_rot, foot_yaw)
     swung = leg_inverse_kinematics(hips_measured, foot_target, state.rot[:, body.PELVIS], foot_yaw)
     legs = torch.where(in_air[..., None], swung, legs)
@@ -258,7 +275,9 @@ def advance_reference(ref: ReferenceState, state: BodyState, intent: Tensor, con
     joints = joints.clamp(body.JOINT_LOW.to(joints), body.JOINT_HIGH.to(joints))
     joint_velocity = ((joints - ref.joints) / dt).clamp(-config.joint_speed_limit, config.joint_speed_limit)
     ref.joints = joints
-    return Reference(joints, joint_velocity, pelvis_pos, pelvis_rot, velocity, stance, foot_target, foothold)
+    return Reference(
+        joints, joint_velocity, pelvis_pos, pelvis_rot, velocity, stance, ref.moving, foot_target, foothold
+    )
 
 
 def _carry_along(ref: ReferenceState, state: BodyState, config: GaitConfig, dt: float) -> None:
@@ -310,7 +329,9 @@ def _step_clock(ref: ReferenceState, state: BodyState, config: GaitConfig, dt: f
     awry = (between[:, 0].abs() > 0.10) | ((between[:, 1] - 2 * config.half_stance_m).abs() > 0.08)
     awry = awry | ((ref.foot_yaw - ref.yaw[:, None]).abs().amax(-1) > 0.35)
     velocity = state.lin_vel[:, body.PELVIS, :2]
-    support = ref.foot_pos.mean(1) + rotate_xy(ref.yaw, ref.com.new_tensor([config.sole_centre_m, 0.0]).expand_as(ref.com))
+    support = ref.foot_pos.mean(1) + rotate_xy(
+        ref.yaw, ref.com.new_tensor([config.sole_centre_m, 0.0]).expand_as(ref.com)
+    )
     capture = rotate_xy(-ref.yaw, ref.com + velocity * 0.28 - support)
     tipping = (capture[:, 0].abs() > 0.11) | (capture[:, 1].abs() > 0.13)
     bent = (ref.posture[:, 0] < config.walk_height_m - 0.05) | (ref.posture[:, 1] > config.walk_pitch_rad + 0.1)
@@ -324,8 +345,12 @@ def _step_clock(ref: ReferenceState, state: BodyState, config: GaitConfig, dt: f
     sideways = ref.velocity[:, 1] + 0.3 * ref.velocity[:, 2] + capture[:, 1]
     first = torch.where(sideways > 0, 1, 0)
     ref.swing = torch.where(starting, first, torch.where(landed, 1 - ref.swing, ref.swing))
-    ref.phase = torch.where(starting | stop, torch.zeros_like(ref.phase), torch.where(landed, ref.phase - 1.0, ref.phase))
-    ref.moving = torch.where(stop, torch.zeros_like(ref.moving), torch.where(starting, torch.ones_like(ref.moving), ref.moving))
+    ref.phase = torch.where(
+        starting | stop, torch.zeros_like(ref.phase), torch.where(landed, ref.phase - 1.0, ref.phase)
+    )
+    ref.moving = torch.where(
+        stop, torch.zeros_like(ref.moving), torch.where(starting, torch.ones_like(ref.moving), ref.moving)
+    )
     lifting = starting | (landed & ~stop)
     rows = torch.arange(len(ref.swing), device=ref.swing.device)
     start = torch.cat([ref.foot_pos[rows, ref.swing], ref.foot_yaw[rows, ref.swing, None]], -1)
@@ -333,7 +358,8 @@ def _step_clock(ref: ReferenceState, state: BodyState, config: GaitConfig, dt: f
 
 
 def _move_anchor(ref: ReferenceState, config: GaitConfig, sway: Tensor, dt: float) -> None:
-    """Standing: the centre of mass goes over the feet. Walking: the commanded velocity, leaking toward the real pelvis."""
+    """Standing: the centre of mass goes over the feet. Walking: the commanded velocity, leaking toward the
+    real pelvis."""
     left = torch.stack([-ref.yaw.sin(), ref.yaw.cos()], -1)
     ahead = torch.stack([ref.yaw.cos(), ref.yaw.sin()], -1)
     over_feet = ref.foot_pos.mean(1) + ahead * config.sole_centre_m - ref.com
@@ -351,13 +377,14 @@ def _move_anchor(ref: ReferenceState, config: GaitConfig, sway: Tensor, dt: floa
 def _plan_foothold(
     ref: ReferenceState, state: BodyState, config: GaitConfig, sway_velocity: Tensor, stance_side: Tensor
 ) -> tuple[Tensor, Tensor]:
-    """Where the swinging foot should land, (N, 2) and its yaw (N,): half a step ahead plus a capture-point correction."""
+    """Where the swinging foot should land, (N, 2) and its yaw (N,): half a step ahead plus a capture-point
+    correction."""
     remaining = (1 - ref.phase) * config.step_duration_s
     left = torch.stack([-ref.yaw.sin(), ref.yaw.cos()], -1)
     command = rotate_xy(ref.yaw, ref.velocity[:, :2])
     measured = state.lin_vel[:, body.PELVIS, :2]
     error = (measured - command - left * sway_velocity[:, None]).clamp(-0.8, 0.8)
-    travel = (command + 0.5 * error) * remaining[:, None]
+    travel = (command + config.travel_share * error) * remaining[:, None]
     yaw = ref.yaw + ref.velocity[:, 2] * (remaining + 0.25 * config.step_duration_s)
     ahead = torch.stack([yaw.cos(), yaw.sin()], -1)
     side = torch.stack([-yaw.sin(), yaw.cos()], -1)
@@ -366,7 +393,7 @@ def _plan_foothold(
     width = 0.5 * (config.closest_feet_m + ref.velocity[:, 1].abs() * config.step_duration_s)
     width = width.clamp(min=config.half_stance_m)
     hold = ref.com - ahead * config.sole_centre_m + side * (swing_side * width)[:, None] + travel
-    hold = hold + command * (0.45 * config.step_duration_s) + config.capture_gain_s * error
+    hold = hold + command * (config.step_ahead * config.step_duration_s) + config.capture_gain_s * error
     rows = torch.arange(len(yaw), device=yaw.device)
     stance_foot = ref.foot_pos[rows, 1 - ref.swing]
     offset = hold - stance_foot
