@@ -1,0 +1,409 @@
+"""Practice for the motor prior: random intents on an empty floor, and the scripted planner carrying boxes.
+
+Batched; half of the environments (by configuration) hold a box. An episode may begin anywhere: standing, bent over the
+box, with the box in the hands, about to put it down (reference state initialisation).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from hv_policy.motor import embodiment as body
+from hv_policy.motor.kinematics import rotate_xy
+from hv_policy.motor.prior import FEATURE_DIM, MotorPrior, MotorStep
+from hv_policy.motor.reference import (
+    GAZE,
+    HEIGHT,
+    LEFT_HAND,
+    PITCH,
+    RIGHT_HAND,
+    SQUEEZE,
+    VELOCITY,
+    neutral_intent,
+    standing_pose,
+)
+from hv_sim.humanoid import ROBOT_NQ
+from hv_sim.metrics import is_fallen
+from hv_sim.mujoco_physics import MujocoPhysics
+from hv_sim.observations import Heading, proprioception
+from hv_sim.physics import PhysicsState
+from hv_teachers.motor_rewards import RewardConfig, motor_reward
+from hv_teachers.motor_scenes import CarryTask, LoadRange, compile_ground, draw_carry_task
+from hv_teachers.planner import Phase, PlannerConfig, PlannerView, ScriptedPlanner, reach_posture
+
+CRITIC_EXTRA_DIM = 3 + 3 + 3 + 3 + 1 + 3 + len(Phase) + 1
+
+
+@dataclass(frozen=True)
+class MotorEnvConfig:
+    """Shares of what is practised and how hard."""
+
+    num_envs: int = 512
+    load_share: float = 0.5
+    episode_s: float = 16.0
+    push_interval_s: float = 6.0
+    push_m_s: float = 0.6
+    load: LoadRange = field(default_factory=LoadRange)
+    start_shares: tuple[float, float, float, float] = (0.3, 0.25, 0.25, 0.2)
+    """How often an episode with a load begins at the approach, the reach, the carry, the place of putting down."""
+    bent_share: float = 0.3
+    """How often an episode without a load begins bent down."""
+    auto_reset: bool = True
+    planner: PlannerConfig = field(default_factory=PlannerConfig)
+    reward: RewardConfig = field(default_factory=RewardConfig)
+    randomize: bool = True
+    physics_hz: int = 120
+    num_threads: int = 0
+
+
+class MotorEnv:
+    """`step(residual)` -> features, rewards, ends. The base controller of `prior` stands between residual and
+    physics."""
+
+    def __init__(self, prior: MotorPrior, config: MotorEnvConfig, seed: int) -> None:
+        self.config, self.prior = config, prior
+        self.num_envs = config.num_envs
+        self.rng = np.random.default_rng(seed)
+        loads = round(config.num_envs * config.load_share)
+        self.has_load = torch.arange(self.num_envs) < loads
+        self.tasks: list[CarryTask | None] = [
+            draw_carry_task(self.rng, config.load) if i < loads else None for i in range(self.num_envs)
+        ]
+        models = [
+            compile_ground(
+                self.rng, t, randomize=config.randomize, friction=config.load.friction, physics_hz=config.physics_hz
+            )
+            for t in self.tasks
+        ]
+        self.physics = MujocoPhysics(models, num_threads=config.num_threads)
+        self.planner = ScriptedPlanner(self.num_envs, config.planner)
+        self._stack_tasks()
+        n = self.num_envs
+        self.max_steps = int(config.episode_s * 30)
+        self.episode_step = torch.zeros(n, dtype=torch.long)
+        self.command = neutral_intent(n)
+        self.command_left = torch.zeros(n, dtype=torch.long)
+        self.waypoint_index = torch.zeros(n, dtype=torch.long)
+        self.push_in = torch.zeros(n, dtype=torch.long)
+        self.idle_steps = torch.zeros(n, dtype=torch.long)
+        self.dropped = torch.zeros(n, dtype=torch.bool)
+        self._reset(np.arange(n))
+        self._look()
+
+    # what the learner sees
+
+    @property
+    def features(self) -> Tensor:
+        """(N, FEATURE_DIM) what the residual network sees."""
+        return self.motor_step.features
+
+    def critic_features(self) -> Tensor:
+        """(N, FEATURE_DIM + CRITIC_EXTRA_DIM): with the load, its goal and the planner's phase."""
+        return torch.cat([self.motor_step.features, self._critic_extra], -1)
+
+    def step(self, residual: Tensor) -> tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]:
+        """One control step. (N, 28) -> rewards (N,), failures (N,) bool, time-outs (N,) bool, terms {name: (N,)}."""
+        previous = self.motor_step
+        targets = self.prior.apply_residual(previous, residual)
+        self._push()
+        self.physics.step(targets)
+        self.episode_step += 1
+        self._state = self._observe()
+        heading = Heading.of(self._state)
+        object_target = self.planner.object_target
+        terms = motor_reward(self._state, heading, previous, residual, self, object_target, self.config.reward)
+        reward = torch.stack(list(terms.values())).sum(0)
+        failed = self._failed(previous, object_target)
+        done = self.episode_step >= self.max_steps
+        finished = self.has_load & (self.planner.phase == Phase.IDLE) & (self.idle_steps > 60)
+        timed_out = (done | finished) & ~failed
+        ended = failed | timed_out
+        self.last_phase = self.planner.phase.clone()
+        if ended.any() and self.config.auto_reset:
+            self._reset(ended.nonzero()[:, 0].numpy())
+        self._look()
+        return torch.nan_to_num(reward), failed, timed_out, terms
+
+    def object_goal_distance(self) -> Tensor:
+        """(N,) m."""
+        return (self._object() - self.goal_pos).norm(dim=-1)
+
+    # inside
+
+    def _stack_tasks(self) -> None:
+        def stack(name: str, size: int) -> Tensor:
+            rows = [np.zeros(size) if t is None else np.atleast_1d(getattr(t, name)) for t in self.tasks]
+            return torch.tensor(np.stack(rows), dtype=torch.float32)
+
+        self.half = stack("half_extents_m", 3)
+        self.mass = stack("mass_kg", 1)[:, 0]
+        self.grasp_height = stack("grasp_height_m", 1)[:, 0]
+        self.goal_pos, self.start_pos = stack("goal_pos", 3), stack("start_pos", 3)
+        self.pick_stand, self.place_stand = stack("pick_stand", 3), stack("place_stand", 3)
+
+        def behind(stand: Tensor) -> Tensor:
+            return stand[:, :2] - 0.5 * torch.stack([stand[:, 2].cos(), stand[:, 2].sin()], -1)
+
+        to_object = [behind(self.pick_stand), self.pick_stand[:, :2]]
+        to_goal = [behind(self.pick_stand), behind(self.place_stand), self.place_stand[:, :2]]
+        self._waypoints = torch.stack(to_object + to_goal, 1)  # (N, 5, 2)
+
+    def _observe(self) -> PhysicsState:
+        state = self.physics.state()
+        if state.object_pos_w.shape[1]:
+            return state
+        # nobody carries anything: one absent object each
+        n = self.num_envs
+        return replace(
+            state,
+            object_pos_w=torch.zeros(n, 1, 3),
+            object_rot_w=torch.zeros(n, 1, 3, 3),
+            object_lin_vel_w=torch.zeros(n, 1, 3),
+            object_ang_vel_w=torch.zeros(n, 1, 3),
+        )
+
+    def _object(self) -> Tensor:
+        return self._state.object_pos_w[:, 0]
+
+    def _view(self, heading: Heading) -> PlannerView:
+        state = self._state
+        root = state.link_pos_w[:, 0, :2]
+        rotation = state.object_rot_w[:, 0]
+        local = torch.stack([torch.zeros_like(self.mass), self.half[:, 1], self.grasp_height], -1)
+        mirrored = local * local.new_tensor([1.0, -1.0, 1.0])
+        grasp = torch.stack([(rotation @ v[..., None])[..., 0] for v in (mirrored, local)], 1) + self._object()[:, None]
+        carrying = self.planner.phase >= Phase.CARRY
+        low = torch.where(carrying, 2, 0)
+        high = torch.where(carrying, 4, 1)
+        self.waypoint_index = torch.maximum(torch.minimum(self.waypoint_index, high), low)
+        rows = torch.arange(self.num_envs)
+        near = (self._waypoints[rows, self.waypoint_index] - root).norm(dim=-1) < 0.3
+        self.waypoint_index = torch.minimum(self.waypoint_index + near.long(), high)
+        return PlannerView(
+            root_xy=root,
+            root_yaw=torch.atan2(heading.sin, heading.cos),
+            hands=state.link_pos_w[:, body.HANDS],
+            object_pos=self._object(),
+            grasp=grasp,
+            depth_m=2 * self.half[:, 0],
+            goal_pos=self.goal_pos,
+            pick_stand=self.pick_stand,
+            place_stand=self.place_stand,
+            waypoint=self._waypoints[rows, self.waypoint_index],
+            waypoint_is_last=self.waypoint_index == high,
+        )
+
+    def _look(self) -> None:
+        """Intents for the state as it now is, and the base controller's answer to them."""
+        self._state = self._observe()
+        heading = Heading.of(self._state)
+        view = self._view(heading)
+        planned = self.planner(view)
+        self._draw_commands()
+        self.intent = torch.where(self.has_load[:, None], planned, self.command)
+        self.idle_steps = torch.where(self.planner.phase == Phase.IDLE, self.idle_steps + 1, 0)
+        observed = proprioception(self._state, heading)
+        self.motor_step: MotorStep = self.prior.advance(observed, self.intent)
+        relative = heading.relative(self._object()) * self.has_load[:, None]
+        velocity = heading.rotate(self._state.object_lin_vel_w[:, 0]) * self.has_load[:, None]
+        target = heading.relative(self.planner.object_target) * self.has_load[:, None]
+        phase = torch.nn.functional.one_hot(self.planner.phase, len(Phase)).float() * self.has_load[:, None]
+        root = heading.rotate(self._state.link_lin_vel_w[:, 0])
+        self._critic_extra = torch.cat(
+            [
+                relative,
+                velocity,
+                target,
+                self.half,
+                self.mass[:, None],
+                root,
+                phase,
+                self.episode_step[:, None] / self.max_steps,
+            ],
+            -1,
+        )
+
+    def _failed(self, step: MotorStep, object_target: Tensor) -> Tensor:
+        state = self._state
+        height = state.link_pos_w[:, 0, 2]
+        lean = state.link_rot_w[:, 0, 2, 2]
+        sunk = height < step.reference.pelvis_pos[:, 2] - 0.25
+        tipped = lean < step.reference.pelvis_rot[:, 2, 2] - 0.45
+        self.dropped = self.has_load & (
+            self.planner.lost | (((self._object() - object_target).norm(dim=-1) > 0.35) & self._holding())
+        )
+        broken = ~torch.isfinite(height)
+        return sunk | tipped | is_fallen(state) | self.dropped | broken
+
+    def _holding(self) -> Tensor:
+        phase = self.planner.phase
+        return self.has_load & (phase >= Phase.LIFT) & (phase <= Phase.LOWER)
+
+    def _push(self) -> None:
+        if self.config.push_m_s <= 0:
+            return
+        self.push_in -= 1
+        due = (self.push_in <= 0).nonzero()[:, 0].numpy()
+        if len(due):
+            angle = self.rng.uniform(-np.pi, np.pi, len(due))
+            speed = self.rng.uniform(0.1, self.config.push_m_s, len(due))
+            # a robot that holds something is pushed gently
+            speed = speed * np.where(self._holding()[due].numpy(), 0.4, 1.0)
+            self.physics.push(due, np.stack([speed * np.cos(angle), speed * np.sin(angle), 0 * angle], -1))
+            steps = self.rng.uniform(0.5, 1.5, len(due)) * self.config.push_interval_s * 30
+            self.push_in[due] = torch.tensor(steps.astype(np.int64))
+
+    def _draw_commands(self) -> None:
+        self.command_left -= 1
+        due = ((self.command_left <= 0) & ~self.has_load).nonzero()[:, 0]
+        if not len(due):
+            return
+        self.command[due] = draw_intents(self.rng, len(due))
+        self.command_left[due] = torch.tensor(self.rng.integers(30, 120, len(due)))
+
+    def _reset(self, ids: np.ndarray) -> None:
+        rows = torch.as_tensor(ids)
+        loaded = self.has_load[rows]
+        n = len(ids)
+        kind = self.rng.choice(
+            [Phase.APPROACH, Phase.REACH, Phase.CARRY, Phase.ALIGN_PLACE], n, p=self.config.start_shares
+        )
+        kind = torch.where(loaded, torch.tensor(kind), torch.tensor(int(Phase.APPROACH)))
+        holding = (kind == Phase.CARRY) | (kind == Phase.ALIGN_PLACE)
+        intent = neutral_intent(n)
+        task_half, grasp = self.half[rows], self.grasp_height[rows]
+        ahead = (0.2 + task_half[:, 0]).clamp(min=0.34)
+        carry_z = (
+            torch.maximum(self.start_pos[rows, 2], self.goal_pos[rows, 2]) + self.config.planner.clearance_m
+        ).clamp(min=self.config.planner.carry_height_m)
+        side = task_half[:, 1] + body.HAND_RADIUS_M - 0.012
+        hands = torch.stack([torch.stack([ahead, s * side, carry_z + grasp], -1) for s in (-1, 1)], 1)
+        neutral = torch.stack([intent[:, RIGHT_HAND], intent[:, LEFT_HAND]], 1)
+        hands = torch.where(holding[:, None, None], hands, neutral)
+        height = torch.full((n,), 0.84)
+        pitch = torch.full((n,), 0.05)
+        free = ~loaded
+        bend = torch.tensor(self.rng.uniform(0, 0.9, n), dtype=torch.float32)
+        squat, lean = reach_posture(bend)
+        low = free & torch.tensor(self.rng.random(n) < self.config.bent_share)
+        height, pitch = torch.where(low, squat, height), torch.where(low, lean, pitch)
+        reach = torch.stack(
+            [torch.stack([0.42 + 0 * bend, s * 0.22 + 0 * bend, bend.clamp(min=0.12)], -1) for s in (-1, 1)], 1
+        )
+        hands = torch.where(low[:, None, None], reach, hands)
+        joints, tilt = standing_pose(height, pitch, hands)
+        joints = joints + torch.tensor(self.rng.normal(0, 0.02, joints.shape), dtype=torch.float32)
+
+        place = self._start_place(kind, rows, n)
+        qpos, qvel = [], []
+        noise = self.rng.normal(0, 0.05, (n, ROBOT_NQ - 1))
+        for i in range(n):
+            env = int(ids[i])
+            yaw, lean_i = float(place[i, 2]), float(tilt[i]) / 2
+            cy, sy, cp, sp = np.cos(yaw / 2), np.sin(yaw / 2), np.cos(lean_i), np.sin(lean_i)
+            root = [
+                float(place[i, 0]),
+                float(place[i, 1]),
+                float(height[i]) + 0.004,
+                cy * cp,
+                -sy * sp,
+                cy * sp,
+                sy * cp,
+            ]
+            q = np.concatenate([root, joints[i].numpy()])
+            v = noise[i] if not holding[i] else 0.2 * noise[i]
+            task = self.tasks[env]
+            if task is not None:
+                if holding[i]:
+                    forward = rotate_xy(place[i : i + 1, 2], torch.stack([ahead[i : i + 1], 0 * ahead[i : i + 1]], -1))[
+                        0
+                    ]
+                    box = [*(place[i, :2] + forward).tolist(), float(carry_z[i]), cy, 0, 0, sy]
+                else:
+                    turn = self.rng.uniform(-0.08, 0.08)
+                    box = [*task.start_pos, np.cos(turn / 2), 0, 0, np.sin(turn / 2)]
+                    box[2] += 0.001
+                q = np.concatenate([q, box])
+                v = np.concatenate([v, np.zeros(6)])
+            qpos.append(q)
+            qvel.append(v)
+        self.physics.reset(ids, qpos, qvel)
+        self.prior.reset(rows)
+        self.planner.reset(rows, kind)
+        self.waypoint_index[rows] = torch.where(kind == Phase.ALIGN_PLACE, 4, torch.where(kind == Phase.CARRY, 2, 0))
+        self.waypoint_index[rows] = torch.where(kind == Phase.REACH, 1, self.waypoint_index[rows])
+        self.episode_step[rows] = 0
+        self.idle_steps[rows] = 0
+        self.command_left[rows] = torch.where(low, 45, 0)
+        bent = neutral_intent(n)
+        bent[:, HEIGHT], bent[:, PITCH] = height, pitch
+        bent[:, RIGHT_HAND], bent[:, LEFT_HAND] = hands[:, 0], hands[:, 1]
+        self.command[rows] = torch.where(low[:, None], bent, self.command[rows])
+        self.push_in[rows] = torch.tensor(
+            (self.rng.uniform(0.3, 1.2, n) * self.config.push_interval_s * 30).astype(np.int64)
+        )
+
+    def _start_place(self, kind: Tensor, rows: Tensor, n: int) -> Tensor:
+        """(n, 3) x, y, yaw where the robot begins."""
+        draw = self.rng.uniform(-1, 1, (n, 3))
+        pick, place = self.pick_stand[rows], self.place_stand[rows]
+        away = torch.tensor(
+            np.stack([-0.6 - 0.7 * (draw[:, 0] + 1), 0.9 * draw[:, 1], 0.8 * draw[:, 2]], -1), dtype=torch.float32
+        )
+        close = torch.tensor(draw * np.array([0.03, 0.03, 0.06]), dtype=torch.float32)
+        loose = torch.tensor(draw * np.array([0.15, 0.15, 0.3]), dtype=torch.float32)
+        start = torch.where((kind == Phase.ALIGN_PLACE)[:, None], place + loose, pick + close)
+        start = torch.where((kind == Phase.APPROACH)[:, None], pick + away, start)
+        return start
+
+
+def draw_intents(rng: np.random.Generator, n: int) -> Tensor:
+    """(n, 14) random intents: walking any way, turning, standing, bending and reaching; hands anywhere within reach."""
+    intent = neutral_intent(n).numpy()
+    mode = rng.choice(6, n, p=[0.15, 0.25, 0.2, 0.12, 0.13, 0.15])
+    u = rng.uniform(-1, 1, (n, 8))
+    walk = mode == 1
+    intent[walk, 0] = np.interp(u[walk, 0], [-1, 1], [-0.5, 1.2])
+    mixed = mode == 2
+    intent[mixed, 0] = np.interp(u[mixed, 0], [-1, 1], [-0.4, 1.0])
+    intent[mixed, 1] = 0.3 * u[mixed, 1]
+    intent[mixed, 2] = 1.2 * u[mixed, 2]
+    side = mode == 3
+    intent[side, 1] = 0.4 * u[side, 1]
+    turn = mode == 4
+    intent[turn, 2] = 1.5 * u[turn, 2]
+    bend = mode == 5
+    height = np.interp(u[:, 3], [-1, 1], [0.42, 0.86])
+    pitch = np.clip((0.86 - height) / 0.44 * 1.4 + 0.3 * u[:, 4], 0.0, 1.4)
+    # upright or bent: slow while bent
+    intent[:, HEIGHT] = np.where(bend, height, np.interp(u[:, 3], [-1, 1], [0.78, 0.86]))
+    intent[:, PITCH] = np.where(bend, pitch, 0.1 + 0.1 * u[:, 4])
+    intent[bend, 0] = 0.15 * u[bend, 0] * (rng.random(bend.sum()) < 0.3)
+    reaching = rng.random(n) < 0.6
+    # hands in a shell around the shoulders, which move forward and down with the pitch
+    shoulder_x = 0.236 * np.sin(0.35 * intent[:, PITCH]) + 0.2435 * np.sin(intent[:, PITCH])
+    shoulder_z = intent[:, HEIGHT] + 0.236 * np.cos(0.35 * intent[:, PITCH]) + 0.2435 * np.cos(intent[:, PITCH])
+    for hand, sign in ((LEFT_HAND, 1.0), (RIGHT_HAND, -1.0)):
+        radius = rng.uniform(0.28, 0.48, n)
+        elevation = rng.uniform(-1.5, 0.2, n)
+        azimuth = rng.uniform(-0.5, 0.7, n)
+        point = np.stack(
+            [
+                shoulder_x + radius * np.cos(elevation) * np.cos(azimuth),
+                sign * (0.18 + radius * np.cos(elevation) * np.sin(azimuth)),
+                np.maximum(shoulder_z + radius * np.sin(elevation), 0.06),
+            ],
+            -1,
+        )
+        point[:, 1] = sign * np.maximum(sign * point[:, 1], 0.08)
+        intent[:, hand] = np.where(reaching[:, None], point, intent[:, hand])
+    intent[:, SQUEEZE] = 0.0
+    intent[:, GAZE] = np.stack([0.7 * u[:, 5], 0.3 + 0.4 * u[:, 6]], -1)
+    return torch.tensor(intent, dtype=torch.float32)
+
+
+__all__ = ["FEATURE_DIM", "VELOCITY", "MotorEnv", "MotorEnvConfig", "draw_intents"]

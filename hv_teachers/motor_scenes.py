@@ -1,0 +1,127 @@
+"""Random practice grounds for the motor prior: an empty floor, or a box to carry from one support to another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from hv_sim.humanoid import (
+    ALL_CONAFFINITY,
+    BODY_NAMES,
+    ENVIRONMENT_CONTYPE,
+    JOINT_NAMES,
+    KD,
+    KP,
+    add_humanoid,
+    configure_physics,
+)
+from hv_sim.navigation import stand_distance_m
+
+
+@dataclass(frozen=True)
+class LoadRange:
+    """Boxes, supports and ways that are drawn; m, kg, rad."""
+
+    width_m: tuple[float, float] = (0.15, 0.5)
+    depth_m: tuple[float, float] = (0.15, 0.4)
+    height_m: tuple[float, float] = (0.15, 0.45)
+    mass_kg: tuple[float, float] = (0.5, 8.0)
+    support_m: tuple[float, float] = (0.3, 0.9)
+    floor_share: float = 0.4
+    walk_m: tuple[float, float] = (0.8, 2.5)
+    turn_rad: float = 2.1
+    friction: tuple[float, float] = (0.8, 1.3)
+
+
+@dataclass(frozen=True)
+class CarryTask:
+    """One box, where it is, where it belongs and where to stand for both; world frame."""
+
+    half_extents_m: np.ndarray  # (3,) depth, width, height
+    mass_kg: float
+    grasp_height_m: float  # of the hands above the box's centre
+    start_pos: np.ndarray  # (3,)
+    goal_pos: np.ndarray  # (3,)
+    pick_stand: np.ndarray  # (3,) x, y, yaw
+    place_stand: np.ndarray  # (3,)
+    support_m: tuple[float, float]
+
+
+def draw_carry_task(rng: np.random.Generator, load: LoadRange) -> CarryTask:
+    """Draws a box, two supports and the way between them."""
+    width, depth, height = (rng.uniform(*r) for r in (load.width_m, load.depth_m, load.height_m))
+    # a small box is a light one
+    heaviest = min(load.mass_kg[1], 900.0 * width * depth * height + 1.0)
+    mass = rng.uniform(load.mass_kg[0], heaviest)
+    supports = tuple(0.0 if rng.random() < load.floor_share else rng.uniform(*load.support_m) for _ in range(2))
+    stands = [stand_distance_m(depth, s) for s in supports]
+    pick = np.array([-stands[0], 0.0, 0.0])
+    for _ in range(100):
+        bearing = rng.uniform(0.35 * np.pi, 1.65 * np.pi)
+        far = rng.uniform(*load.walk_m)
+        place = np.array([pick[0] + far * np.cos(bearing), far * np.sin(bearing), rng.uniform(-1, 1) * load.turn_rad])
+        goal = place[:2] + stands[1] * np.array([np.cos(place[2]), np.sin(place[2])])
+        if min(np.linalg.norm(goal), np.linalg.norm(place[:2])) > 1.0 and np.linalg.norm(goal - pick[:2]) > 0.9:
+            break
+    return CarryTask(
+        half_extents_m=np.array([depth, width, height]) / 2,
+        mass_kg=float(mass),
+        grasp_height_m=float(rng.uniform(0.0, 0.2) * height),
+        start_pos=np.array([0.0, 0.0, supports[0] + height / 2]),
+        goal_pos=np.array([goal[0], goal[1], supports[1] + height / 2]),
+        pick_stand=pick,
+        place_stand=place,
+        support_m=(float(supports[0]), float(supports[1])),
+    )
+
+
+def compile_ground(
+    rng: np.random.Generator,
+    task: CarryTask | None,
+    *,
+    randomize: bool = True,
+    friction: tuple[float, float] = (0.8, 1.3),
+    physics_hz: int = 120,
+) -> mujoco.MjModel:
+    """A floor, and for a task its box and supports. With `randomize`, friction, masses and servo gains vary (10 %)."""
+    spec = mujoco.MjSpec()
+    add_humanoid(spec)
+    grip = rng.uniform(*friction) if randomize else 1.0
+    floor = spec.worldbody.add_geom(
+        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[30, 30, 1], rgba=[0.6, 0.6, 0.6, 1]
+    )
+    floor.contype, floor.conaffinity, floor.friction = ENVIRONMENT_CONTYPE, ALL_CONAFFINITY, [grip, 0.05, 0.005]
+    spec.worldbody.add_light(pos=[0, 0, 5], dir=[0, 0, -1])
+    if task is not None:
+        _add_load(spec, task, grip)
+    if randomize:
+        for name in BODY_NAMES:
+            scale = rng.uniform(0.9, 1.1)
+            for geom in spec.body(name).geoms:
+                geom.mass *= scale
+        for name, kp, kd in zip(JOINT_NAMES, KP, KD, strict=True):
+            scale = rng.uniform(0.9, 1.1)
+            spec.actuator(name).set_to_position(kp=float(kp * scale), kv=float(kd * scale))
+    configure_physics(spec, physics_hz)
+    return spec.compile()
+
+
+def _add_load(spec: mujoco.MjSpec, task: CarryTask, grip: float) -> None:
+    places = ((task.start_pos, 0.0), (task.goal_pos, task.place_stand[2]))
+    for i, ((pos, yaw), support) in enumerate(zip(places, task.support_m, strict=True)):
+        if support < 0.05:
+            continue
+        ahead = np.array([np.cos(yaw), np.sin(yaw)]) * 0.14
+        table = spec.worldbody.add_geom(
+            name=f"support_{i}", type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.3, 0.5, support / 2]
+        )
+        table.pos = [pos[0] + ahead[0], pos[1] + ahead[1], support / 2]
+        table.quat = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
+        table.contype, table.conaffinity, table.rgba = ENVIRONMENT_CONTYPE, ALL_CONAFFINITY, [0.6, 0.45, 0.3, 1]
+    box = spec.worldbody.add_body(name="box", pos=list(task.start_pos))
+    box.add_freejoint()
+    geom = box.add_geom(name="box", type=mujoco.mjtGeom.mjGEOM_BOX, size=list(task.half_extents_m))
+    geom.mass, geom.contype, geom.conaffinity, geom.condim = task.mass_kg, ENVIRONMENT_CONTYPE, ALL_CONAFFINITY, 4
+    geom.friction, geom.rgba = [grip, 0.02, 0.001], [0.75, 0.5, 0.2, 1]

@@ -1,0 +1,229 @@
+"""Trains the motor prior's residual with rsl_rl's PPO: resumable after a kill at any moment, curves as CSV."""
+
+from __future__ import annotations
+
+import csv
+import os
+import time
+from contextlib import redirect_stdout
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+
+import torch
+from rsl_rl.algorithms import PPO
+from tensordict import TensorDict
+from tqdm import tqdm
+
+from hv_policy.motor.prior import MotorPrior, MotorPriorConfig, save_motor_prior
+from hv_teachers.motor_env import MotorEnv, MotorEnvConfig
+
+
+@dataclass(frozen=True)
+class MotorTrainingConfig:
+    """PPO and its schedule. `samples` are control steps over all environments."""
+
+    samples: int = 50_000_000
+    steps_per_iteration: int = 24
+    epochs: int = 4
+    mini_batches: int = 4
+    learning_rate: float = 5e-4
+    desired_kl: float = 0.03
+    gamma: float = 0.98
+    lam: float = 0.95
+    noise: float = 0.12
+    seed: int = 0
+    checkpoint_minutes: float = 3.0
+    update_threads: int = 1
+    prior: MotorPriorConfig = field(default_factory=MotorPriorConfig)
+    env: MotorEnvConfig = field(default_factory=MotorEnvConfig)
+
+
+def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConfig) -> PPO:
+    """rsl_rl's PPO with an actor on the features and a critic that also sees the load."""
+    network = {
+        "class_name": "rsl_rl.models:MLPModel",
+        "hidden_dims": list(config.prior.hidden),
+        "activation": "elu",
+        "obs_normalization": True,
+    }
+    noise = {
+        "class_name": "rsl_rl.modules.distribution:GaussianDistribution",
+        "init_std": config.noise,
+        "std_type": "log",
+        "std_range": [0.05, 0.3],
+    }
+    cfg = {
+        "algorithm": {
+            "class_name": "rsl_rl.algorithms:PPO",
+            "num_learning_epochs": config.epochs,
+            "num_mini_batches": config.mini_batches,
+            "learning_rate": config.learning_rate,
+            "desired_kl": config.desired_kl,
+            "gamma": config.gamma,
+            "lam": config.lam,
+            "entropy_coef": 0.0,
+        },
+        "actor": {**network, "distribution_cfg": noise},
+        "critic": dict(network),
+        "obs_groups": {"actor": ["features"], "critic": ["features", "load"]},
+        "num_steps_per_env": config.steps_per_iteration,
+        "multi_gpu": None,
+        "torch_compile_mode": None,
+    }
+    with open(os.devnull, "w") as quiet, redirect_stdout(quiet):
+        ppo = PPO.construct_algorithm(observations, SimpleNamespace(num_actions=28, num_envs=num_envs), cfg, "cpu")
+    with torch.no_grad():
+        last = [m for m in ppo.actor.mlp if isinstance(m, torch.nn.Linear)][-1]
+        last.weight.mul_(0.01)
+        last.bias.zero_()
+    return ppo
+
+
+def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
+    """Trains, or goes on training, in the folder `output`; returns the path of the exported weights.
+
+    Leaves `resume.pt` (everything needed to go on), `curve.csv` and `motor_prior.safetensors`.
+    """
+    output = Path(output)
+    output.mkdir(parents=True, exist_ok=True)
+    torch.manual_seed(config.seed)
+    resume = output / "resume.pt"
+    saved = torch.load(resume, weights_only=True) if resume.exists() else None
+    iteration, samples, minutes = (saved["iteration"], saved["samples"], saved["minutes"]) if saved else (0, 0, 0.0)
+    torch.set_num_threads(1)  # small operations: more threads only wait for each other
+    prior = MotorPrior(config.prior)
+    env = MotorEnv(prior, config.env, seed=config.seed + 1000 * iteration)
+    ppo = build_ppo(_observations(env), env.num_envs, config)
+    if saved:
+        ppo.load(saved["ppo"], None, strict=True)
+        ppo.learning_rate = saved["learning_rate"]
+        torch.manual_seed(config.seed + iteration)
+    ppo.train_mode()
+    curve = _Curve(output / "curve.csv", samples)
+    per_iteration = env.num_envs * config.steps_per_iteration
+    started, last_save = time.time() - 60 * minutes, time.time()
+    with tqdm(
+        total=config.samples, initial=samples, unit="step", unit_scale=True, desc="motor prior", mininterval=5
+    ) as bar:
+        while samples < config.samples:
+            begun = time.time()
+            row = _rollout(ppo, env, config)
+            simulated = time.time() - begun
+            torch.set_num_threads(config.update_threads)
+            losses = ppo.update()
+            torch.set_num_threads(1)
+            iteration, samples = iteration + 1, samples + per_iteration
+            elapsed = time.time() - begun
+            row |= {
+                "samples": samples,
+                "minutes": round((time.time() - started) / 60, 2),
+                "steps_per_s": round(per_iteration / elapsed),
+                "simulation_share": round(simulated / elapsed, 3),
+                "value_loss": round(losses["value"], 4),
+                "learning_rate": round(ppo.learning_rate, 6),
+                "noise": round(float(ppo.actor.output_std.detach().mean()), 3),
+            }
+            curve.add(row)
+            bar.update(per_iteration)
+            bar.set_postfix(reward=f"{row['reward']:.3f}", falls=f"{row['free_failures_per_s']:.3f}", refresh=False)
+            if time.time() - last_save > 60 * config.checkpoint_minutes or samples >= config.samples:
+                _save(output, ppo, prior, config, iteration, samples, (time.time() - started) / 60)
+                curve.flush()
+                last_save = time.time()
+    return output / "motor_prior.safetensors"
+
+
+def export_residual(ppo: PPO, prior: MotorPrior) -> None:
+    """Copies the actor's mean network and its normalisation into the prior."""
+    linear = [m for m in ppo.actor.mlp if isinstance(m, torch.nn.Linear)]
+    target = [m for m in prior.residual.layers if isinstance(m, torch.nn.Linear)]
+    with torch.no_grad():
+        for source, sink in zip(linear, target, strict=True):
+            sink.weight.copy_(source.weight)
+            sink.bias.copy_(source.bias)
+        normalizer = ppo.actor.obs_normalizer
+        prior.residual.mean.copy_(normalizer.mean)
+        prior.residual.std.copy_(normalizer.std + normalizer.eps)
+
+
+def _observations(env: MotorEnv) -> TensorDict:
+    features = env.features
+    return TensorDict(
+        {"features": features, "load": env.critic_features()[:, features.shape[1] :]}, batch_size=[env.num_envs]
+    )
+
+
+def _rollout(ppo: PPO, env: MotorEnv, config: MotorTrainingConfig) -> dict[str, float]:
+    totals: dict[str, float] = {}
+    steps = config.steps_per_iteration
+    free, loaded = ~env.has_load, env.has_load
+    counts = {"free_failures": 0, "load_failures": 0, "drops": 0, "placed": 0, "load_ends": 0}
+    with torch.inference_mode(False), torch.no_grad():
+        for _ in range(steps):
+            residual = ppo.act(_observations(env))
+            reward, failed, timed_out, terms = env.step(residual)
+            counts["free_failures"] += int((failed & free).sum())
+            counts["load_failures"] += int((failed & loaded).sum())
+            counts["drops"] += int(env.dropped.sum())
+            counts["placed"] += int((terms["placed"] > 0).sum())
+            counts["load_ends"] += int(((failed | timed_out) & loaded).sum())
+            for name, value in terms.items():
+                totals[name] = totals.get(name, 0.0) + float(value.mean()) / steps
+            totals["reward"] = totals.get("reward", 0.0) + float(reward.mean()) / steps
+            dones = (failed | timed_out).to(torch.long)
+            ppo.process_env_step(_observations(env), reward, dones, {"time_outs": timed_out.float()})
+        ppo.compute_returns(_observations(env))
+    seconds = steps / 30.0
+    row = {k: round(v, 4) for k, v in totals.items()}
+    row["free_failures_per_s"] = round(counts["free_failures"] / max(1, int(free.sum())) / seconds, 4)
+    row["load_failures_per_s"] = round(counts["load_failures"] / max(1, int(loaded.sum())) / seconds, 4)
+    row["drops_per_s"] = round(counts["drops"] / max(1, int(loaded.sum())) / seconds, 4)
+    row["placed_share"] = round(counts["placed"] / max(1, counts["load_ends"]), 3)
+    return row
+
+
+def _save(
+    output: Path, ppo: PPO, prior: MotorPrior, config: MotorTrainingConfig, iteration: int, samples: int, minutes: float
+) -> None:
+    state = {
+        "ppo": ppo.save(),
+        "iteration": iteration,
+        "samples": samples,
+        "minutes": minutes,
+        "learning_rate": ppo.learning_rate,
+    }
+    temporary = output / "resume.tmp"
+    torch.save(state, temporary)
+    temporary.replace(output / "resume.pt")
+    export_residual(ppo, prior)
+    save_motor_prior(prior, output / "motor_prior.safetensors", {"samples": str(samples), "seed": str(config.seed)})
+
+
+class _Curve:
+    """Rows of the training curve; what a killed run had written beyond its checkpoint is cut off on resuming."""
+
+    def __init__(self, path: Path, samples: int) -> None:
+        self.path = path
+        self.rows: list[dict[str, float]] = []
+        self.old: list[dict[str, str]] = []
+        if samples and path.exists():
+            with path.open() as file:
+                self.old = [r for r in csv.DictReader(file) if int(r["samples"]) <= samples]
+
+    def add(self, row: dict[str, float]) -> None:
+        self.rows.append(row)
+
+    def flush(self) -> None:
+        rows: list[dict] = [*self.old, *self.rows]
+        temporary = self.path.with_suffix(".tmp")
+        with temporary.open("w", newline="") as file:
+            writer = csv.DictWriter(file, fieldnames=list(rows[-1]), restval="", extrasaction="ignore")
+            writer.writeheader()
+            writer.writerows(rows)
+        temporary.replace(self.path)
+
+
+def describe(config: MotorTrainingConfig) -> dict:
+    """The configuration as plain values, for the record."""
+    return asdict(config)

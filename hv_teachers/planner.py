@@ -1,0 +1,330 @@
+"""The scripted planner: from the privileged state to intents, for every environment at once.
+
+approach -> align -> reach -> squeeze -> lift -> carry -> align at the goal -> lower -> release -> retreat -> idle.
+Which
+phase comes next is decided by the state (where the object, the hands and the robot are), so it can also tell what to do
+from a state that it did not bring about: an object that slipped away is approached again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import torch
+from torch import Tensor
+
+from hv_policy.motor.embodiment import CONTROL_DT_S, HAND_RADIUS_M
+from hv_policy.motor.reference import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, VELOCITY, neutral_intent
+
+
+class Phase(IntEnum):
+    """What the planner is doing."""
+
+    APPROACH = 0
+    ALIGN = 1
+    REACH = 2
+    SQUEEZE = 3
+    LIFT = 4
+    CARRY = 5
+    ALIGN_PLACE = 6
+    LOWER = 7
+    RELEASE = 8
+    RETREAT = 9
+    IDLE = 10
+
+
+@dataclass(frozen=True)
+class PlannerConfig:
+    """Speeds (m/s, rad/s), distances (m), durations (s) of the script."""
+
+    walk_speed: float = 0.7
+    carry_speed: float = 0.5
+    turn_rate: float = 1.0
+    align_distance_m: float = 0.45
+    stand_tolerance_m: float = 0.05
+    stand_tolerance_rad: float = 0.10
+    pre_grasp_m: float = 0.08
+    squeeze_in_m: float = 0.02
+    reach_s: float = 1.2
+    squeeze_s: float = 0.7
+    lift_s: float = 1.6
+    lower_s: float = 1.8
+    release_s: float = 0.7
+    carry_height_m: float = 1.0
+    clearance_m: float = 0.12
+    lost_m: float = 0.25
+    missed_m: float = 0.3
+    """Farther than this from its goal an object that was let go is fetched again."""
+    retreat_m: float = 1.15
+    retreat_speed: float = 0.35
+
+
+@dataclass
+class PlannerView:
+    """What the planner looks at; world frame, one row per environment."""
+
+    root_xy: Tensor  # (N, 2)
+    root_yaw: Tensor  # (N,)
+    hands: Tensor  # (N, 2, 3) right, left
+    object_pos: Tensor  # (N, 3)
+    grasp: Tensor  # (N, 2, 3) where the hands should touch the object now, right, left
+    depth_m: Tensor  # (N,) extent of the object along the robot's view
+    goal_pos: Tensor  # (N, 3)
+    pick_stand: Tensor  # (N, 3) x, y, yaw
+    place_stand: Tensor  # (N, 3)
+    waypoint: Tensor  # (N, 2)
+    waypoint_is_last: Tensor  # (N,) bool: it is the stand of this leg
+
+
+def reach_posture(hand_height_m: Tensor) -> tuple[Tensor, Tensor]:
+    """Pelvis height and torso pitch that bring the hands to a height: (N,) m -> (N,) m, (N,) rad.
+
+    From the kinematics of the body: at the floor the pelvis is at .38 m and the torso bent by 1.5 rad.
+    """
+    low = ((0.95 - hand_height_m) / 0.8).clamp(0, 1)
+    return 0.84 - 0.46 * low, 0.1 + 1.4 * low**0.8
+
+
+class ScriptedPlanner:
+    """Keeps each environment's phase; call it once per control step with what is to be seen."""
+
+    def __init__(self, num_envs: int, config: PlannerConfig | None = None) -> None:
+        self.config = config or PlannerConfig()
+        self.num_envs = num_envs
+        self.phase = torch.zeros(num_envs, dtype=torch.long)
+        """(N,) `Phase` of each environment."""
+        self.clock_s = torch.zeros(num_envs)
+        """(N,) time in the phase."""
+        self.lost = torch.zeros(num_envs, dtype=torch.bool)
+        """(N,) the object slipped away at the last step: a new route to it is needed."""
+        self.object_target = torch.zeros(num_envs, 3)
+        """(N, 3) where the object should be now, world frame; meaningful from LIFT to LOWER."""
+        self._from_hands = torch.zeros(num_envs, 2, 3)  # heading frame, at the start of LIFT and LOWER
+        self._offset = torch.zeros(num_envs, 2, 3)  # hands relative to the object when it was grasped, heading frame
+        self._from_object = torch.zeros(num_envs, 3)
+        self._start_height = torch.zeros(num_envs)
+
+    def reset(self, ids: Tensor | None = None, phase: Tensor | int = Phase.APPROACH) -> None:
+        """Starts anew in environments `ids` (default: all), in the given phase."""
+        ids = torch.arange(self.num_envs) if ids is None else torch.as_tensor(ids)
+        self.phase[ids] = torch.as_tensor(phase, dtype=torch.long)
+        self.clock_s[ids] = 0.0
+        self.lost[ids] = False
+        self._start_height[ids] = -1.0
+
+    def __call__(self, view: PlannerView) -> Tensor:
+        """(N, 14) intents for this control step."""
+        c = self.config
+        hands = _to_heading(view, view.hands)
+        grasp = _to_heading(view, view.grasp)
+        obj = _to_heading(view, view.object_pos[:, None])[:, 0]
+        self._advance(view, hands, grasp, obj)
+        phase, clock = self.phase, self.clock_s
+        intent = neutral_intent(self.num_envs)
+
+        def during(*phases: Phase) -> Tensor:
+            return torch.stack([phase == p for p in phases]).any(0)
+
+        # where to go
+        walking = _walk(view, torch.where(during(Phase.CARRY), c.carry_speed, c.walk_speed), c.turn_rate)
+        pick, _ = _hold(view, view.pick_stand)
+        place, _ = _hold(view, view.place_stand)
+        retreat = torch.zeros_like(walking)
+        retreat[:, 0] = -c.retreat_speed
+        velocity = torch.zeros_like(walking)
+        velocity = torch.where(during(Phase.APPROACH, Phase.CARRY)[:, None], walking, velocity)
+        velocity = torch.where(during(Phase.ALIGN)[:, None], pick, velocity)
+        velocity = torch.where(during(Phase.ALIGN_PLACE)[:, None], place, velocity)
+        velocity = torch.where((during(Phase.RETREAT) & (clock > 0.4))[:, None], retreat, velocity)
+        intent[:, VELOCITY] = velocity
+
+        # where the hands go: right, left
+        neutral = torch.stack([intent[:, RIGHT_HAND], intent[:, LEFT_HAND]], 1)
+        outward = grasp - grasp.mean(1, keepdim=True)
+        outward = outward / outward.norm(dim=-1, keepdim=True).clamp(min=1e-3)
+        pre_grasp = grasp + outward * (HAND_RADIUS_M + c.pre_grasp_m)
+        contact = grasp + outward * (HAND_RADIUS_M - c.squeeze_in_m)
+        carry = self._carry_hands(view)
+        lift_share = _smooth(clock / c.lift_s)
+        lifted = self._from_hands + (carry - self._from_hands) * lift_share[:, None, None]
+        lower_share = _smooth(clock / c.lower_s)
+        goal = view.goal_pos.clone()
+        goal[:, 2] -= 0.01
+        lowered_object = self._from_object + (goal - self._from_object) * lower_share[:, None]
+        lowered = _to_heading(view, lowered_object[:, None])
+        correction = lowered[:, 0] - obj
+        correction = correction.clamp(-0.06, 0.06) * (during(Phase.LOWER).float() * lower_share)[:, None]
+        lowered = lowered + self._offset + correction[:, None] * 0.5
+        opened = hands.mean(1, keepdim=True) + (grasp - grasp.mean(1, keepdim=True)) + outward * 0.16
+        hand = neutral
+        hand = torch.where(during(Phase.REACH)[:, None, None], pre_grasp, hand)
+        hand = torch.where(during(Phase.SQUEEZE)[:, None, None], contact, hand)
+        hand = torch.where(during(Phase.LIFT)[:, None, None], lifted, hand)
+        hand = torch.where(during(Phase.CARRY, Phase.ALIGN_PLACE)[:, None, None], carry, hand)
+        hand = torch.where(during(Phase.LOWER)[:, None, None], lowered, hand)
+        hand = torch.where(during(Phase.RELEASE)[:, None, None], opened, hand)
+        wide = neutral + outward * 0.18
+        hand = torch.where((during(Phase.RETREAT) & (clock < 2.0))[:, None, None], wide, hand)
+        intent[:, RIGHT_HAND], intent[:, LEFT_HAND] = hand[:, 0], hand[:, 1]
+        intent[:, SQUEEZE] = during(Phase.SQUEEZE, Phase.LIFT, Phase.CARRY, Phase.ALIGN_PLACE, Phase.LOWER).float()
+
+        # how the body bends for it
+        low_height, low_pitch = reach_posture(grasp[..., 2].mean(-1))
+        place_height, place_pitch = reach_posture(lowered[..., 2].mean(-1))
+        end_height, end_pitch = reach_posture(hands[..., 2].mean(-1))
+        upright = intent[:, HEIGHT], torch.full_like(clock, 0.05)
+        height, pitch = upright
+        for phases, h, p in (
+            ((Phase.REACH, Phase.SQUEEZE), low_height, low_pitch),
+            ((Phase.LIFT,), *self._rising(lifted)),
+            ((Phase.LOWER,), place_height, place_pitch),
+            ((Phase.RELEASE,), end_height, end_pitch),
+        ):
+            chosen = during(*phases)
+            height, pitch = torch.where(chosen, h, height), torch.where(chosen, p, pitch)
+        intent[:, HEIGHT], intent[:, PITCH] = height, pitch
+
+        # what the head looks at
+        look = torch.where(during(Phase.CARRY, Phase.ALIGN_PLACE, Phase.LOWER)[:, None], view.goal_pos, view.object_pos)
+        look = _to_heading(view, look[:, None])[:, 0]
+        distance = look[:, :2].norm(dim=-1)
+        intent[:, GAZE.start] = torch.atan2(look[:, 1], look[:, 0]).clamp(-0.7, 0.7) * (distance > 0.2)
+        intent[:, GAZE.start + 1] = torch.atan2(1.5 - look[:, 2], distance.clamp(min=0.3)).clamp(0.0, 0.9)
+
+        target = torch.where(during(Phase.LOWER)[:, None], lowered_object, view.object_pos)
+        held = (hand - self._offset).mean(1)
+        self.object_target = torch.where(
+            during(Phase.LIFT, Phase.CARRY, Phase.ALIGN_PLACE)[:, None], _to_world(view, held), target
+        )
+        self.clock_s = self.clock_s + CONTROL_DT_S
+        return intent
+
+    def _advance(self, view: PlannerView, hands: Tensor, grasp: Tensor, obj: Tensor) -> None:
+        """Goes on to the next phase where the state says so."""
+        c, phase, clock = self.config, self.phase, self.clock_s
+        unset = self._start_height < 0
+        self._start_height = torch.where(unset, view.object_pos[:, 2], self._start_height)
+        held = unset & (phase > Phase.LIFT) & (phase < Phase.RELEASE)
+        if held.any():  # begun in the middle of a carry
+            self._remember(held, view, hands, obj)
+        _, pick_error = _hold(view, view.pick_stand)
+        _, place_error = _hold(view, view.place_stand)
+        pick_turn = _wrap(view.pick_stand[:, 2] - view.root_yaw).abs()
+        place_turn = _wrap(view.place_stand[:, 2] - view.root_yaw).abs()
+        outward = grasp - grasp.mean(1, keepdim=True)
+        outward = outward / outward.norm(dim=-1, keepdim=True).clamp(min=1e-3)
+        pre_grasp = grasp + outward * (HAND_RADIUS_M + c.pre_grasp_m)
+        pre_error = (hands - pre_grasp).norm(dim=-1).amax(-1)
+        slack = 1.0 + (clock - 3.0).clamp(0, 3.0)  # ever less exacting where it does not get better
+        away = (view.object_pos[:, :2] - view.root_xy).norm(dim=-1)
+        between = (hands - self._offset).mean(1)
+        far = (obj - between).norm(dim=-1) > c.lost_m
+        above_goal = view.object_pos[:, 2] - view.goal_pos[:, 2]
+
+        aligned = (pick_error < c.stand_tolerance_m * slack) & (pick_turn < c.stand_tolerance_rad * slack)
+        placed_aligned = (place_error < c.stand_tolerance_m * slack) & (place_turn < c.stand_tolerance_rad * slack)
+        next_phase = phase.clone()
+
+        def go(origin: Phase, condition: Tensor, to: Phase) -> None:
+            next_phase[(phase == origin) & condition] = to
+
+        go(Phase.APPROACH, view.waypoint_is_last & (pick_error < c.align_distance_m), Phase.ALIGN)
+        go(Phase.ALIGN, aligned & (clock > 0.3), Phase.REACH)
+        go(Phase.ALIGN, pick_error > 2.5 * c.align_distance_m, Phase.APPROACH)
+        go(Phase.REACH, (clock > c.reach_s) & (pre_error < 0.06 * slack), Phase.SQUEEZE)
+        go(Phase.REACH, (clock > 6.0) | (pick_error > 0.35), Phase.ALIGN)
+        go(Phase.SQUEEZE, clock > c.squeeze_s, Phase.LIFT)
+        go(Phase.LIFT, clock > c.lift_s + 0.3, Phase.CARRY)
+        go(Phase.CARRY, view.waypoint_is_last & (place_error < c.align_distance_m), Phase.ALIGN_PLACE)
+        go(Phase.ALIGN_PLACE, placed_aligned & (clock > 0.3), Phase.LOWER)
+        go(Phase.ALIGN_PLACE, place_error > 2.5 * c.align_distance_m, Phase.CARRY)
+        go(Phase.LOWER, ((clock > c.lower_s) & (above_goal < 0.03)) | (clock > c.lower_s + 1.0), Phase.RELEASE)
+        go(Phase.RELEASE, clock > c.release_s, Phase.RETREAT)
+        go(Phase.RETREAT, away > c.retreat_m, Phase.IDLE)
+        holding = (phase >= Phase.LIFT) & (phase <= Phase.LOWER)
+        lost = holding & far & ~((phase == Phase.LIFT) & (clock < 0.2))
+        rose = view.object_pos[:, 2] > self._start_height + 0.05
+        lost = lost | ((phase == Phase.LIFT) & (next_phase == Phase.CARRY) & ~rose)
+        missed = (view.object_pos - view.goal_pos).norm(dim=-1) > c.missed_m
+        self.lost = lost | ((phase == Phase.IDLE) & (clock > 1.0) & missed)
+        next_phase[self.lost] = Phase.APPROACH
+        self._start_height = torch.where(self.lost, -torch.ones_like(clock), self._start_height)
+
+        changed = next_phase != phase
+        begun = changed & ((next_phase == Phase.LIFT) | (next_phase == Phase.LOWER))
+        if begun.any():
+            self._remember(begun, view, hands, obj)
+        self.phase = next_phase
+        self.clock_s = torch.where(changed, torch.zeros_like(clock), clock)
+
+    def _remember(self, chosen: Tensor, view: PlannerView, hands: Tensor, obj: Tensor) -> None:
+        self._from_hands = torch.where(chosen[:, None, None], hands, self._from_hands)
+        self._offset = torch.where(chosen[:, None, None], hands - obj[:, None], self._offset)
+        self._from_object = torch.where(chosen[:, None], view.object_pos, self._from_object)
+
+    def _carry_hands(self, view: PlannerView) -> Tensor:
+        """(N, 2, 3) hands that hold the object before the chest, heading frame."""
+        c = self.config
+        ahead = (0.2 + view.depth_m / 2).clamp(min=0.34)
+        height = torch.maximum(self._start_height, view.goal_pos[:, 2]) + c.clearance_m
+        centre = torch.stack([ahead, torch.zeros_like(ahead), height.clamp(min=c.carry_height_m)], -1)
+        offset = self._offset.clone()
+        offset[..., :2] = offset[..., :2] - offset[..., :2].mean(1, keepdim=True)
+        return centre[:, None] + offset
+
+    def _rising(self, lifted: Tensor) -> tuple[Tensor, Tensor]:
+        height, pitch = reach_posture(lifted[..., 2].mean(-1))
+        return height, pitch.clamp(min=0.05)
+
+
+def _smooth(share: Tensor) -> Tensor:
+    share = share.clamp(0, 1)
+    return share * share * (3 - 2 * share)
+
+
+def _wrap(angle: Tensor) -> Tensor:
+    return torch.remainder(angle + torch.pi, 2 * torch.pi) - torch.pi
+
+
+def _to_heading(view: PlannerView, points_w: Tensor) -> Tensor:
+    """(N, P, 3) world points -> heading frame with its origin on the floor under the pelvis."""
+    c, s = view.root_yaw.cos()[:, None], view.root_yaw.sin()[:, None]
+    x, y = (points_w[..., :2] - view.root_xy[:, None]).unbind(-1)
+    return torch.stack([c * x + s * y, c * y - s * x, points_w[..., 2]], -1)
+
+
+def _to_world(view: PlannerView, point_h: Tensor) -> Tensor:
+    """(N, 3) heading frame -> world."""
+    c, s = view.root_yaw.cos(), view.root_yaw.sin()
+    x, y, z = point_h.unbind(-1)
+    return torch.stack([view.root_xy[:, 0] + c * x - s * y, view.root_xy[:, 1] + s * x + c * y, z], -1)
+
+
+def _walk(view: PlannerView, speed: Tensor, turn_rate: float) -> Tensor:
+    """(N, 3) velocities toward the waypoint: turn to it, then go; a near one behind is reached walking backward."""
+    point = torch.cat([view.waypoint, torch.zeros_like(view.waypoint[:, :1])], -1)
+    x, y, _ = _to_heading(view, point[:, None])[:, 0].unbind(-1)
+    distance = torch.sqrt(x * x + y * y)
+    bearing = torch.atan2(y, x)
+    backward = (bearing.abs() > 1.9) & (distance < 1.2)
+    facing = torch.where(backward, _wrap(bearing + torch.pi), bearing)
+    turn = (1.8 * facing).clamp(-turn_rate, turn_rate)
+    pace = torch.minimum(speed, 0.15 + 0.6 * distance) * (1.3 * facing.cos() - 0.3).clamp(0, 1)
+    pace = torch.where(backward, -pace.clamp(max=0.35), pace)
+    return torch.stack([pace, torch.zeros_like(pace), turn], -1)
+
+
+def _hold(view: PlannerView, stand: Tensor) -> tuple[Tensor, Tensor]:
+    """(N, 3) velocities that bring the robot to a stand pose without turning away from it, and the distance
+    left (N,)."""
+    point = torch.cat([stand[:, :2], torch.zeros_like(stand[:, :1])], -1)
+    x, y, _ = _to_heading(view, point[:, None])[:, 0].unbind(-1)
+    distance = torch.sqrt(x * x + y * y)
+    turn = _wrap(stand[:, 2] - view.root_yaw)
+    near = ((distance < 0.035) & (turn.abs() < 0.07)).float()
+    # gently: a toe that strides into the furniture in front of the stand trips the robot
+    forward = (1.1 * x).clamp(-0.25, 0.25)
+    left = (1.2 * y).clamp(-0.25, 0.25)
+    rate = (1.6 * turn).clamp(-0.8, 0.8)
+    return torch.stack([forward, left, rate], -1) * (1 - near[:, None]), distance

@@ -1,0 +1,29 @@
+"""hv-train-motor: trains the motor prior's residual by PPO; goes on where it was when the folder exists."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--output", type=Path, default=Path("runs/motor"), help="checkpoints, curve and weights")
+    parser.add_argument("--samples", type=float, default=50e6, help="control steps over all environments")
+    parser.add_argument("--num-envs", type=int, default=512)
+    parser.add_argument("--seed", type=int, default=0)
+    args = parser.parse_args()
+    from hv_teachers.motor_env import MotorEnvConfig
+    from hv_teachers.motor_training import MotorTrainingConfig, train_motor
+
+    env = MotorEnvConfig(num_envs=args.num_envs)
+    config = MotorTrainingConfig(samples=int(args.samples), seed=args.seed, env=env)
+    weights = train_motor(config, args.output)
+    print(
+        f"weights: {weights}\ncurve: {args.output / 'curve.csv'}\nmeasure: hv-bench-motor --weights {weights} --output DIR"
+    )
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
