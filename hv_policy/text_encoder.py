@@ -1,0 +1,94 @@
+"""Instructions -> one token per word, in order, with a vocabulary that travels in the checkpoint.
+
+Every word has two parts: an embedding of its own if it is in the vocabulary, and the mean of embeddings of its letter
+trigrams, hashed into a fixed table. An unknown word ("mugs") is thus still close to a known one ("mug"). The words stay
+apart until the policy reads them, and carry positions: "from the left to the right" and its reverse differ.
+"""
+
+import re
+import zlib
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+
+import torch
+from torch import Tensor, nn
+
+_WORD = re.compile(r"\d+(?:\.\d+)?|[^\W\d_]+(?:'[^\W\d_]+)?|[^\w\s]", re.UNICODE)
+_TRIGRAM_BUCKETS = 2048
+_MAX_TRIGRAMS = 16  # of one word; enough for 16 letters
+PAD, UNKNOWN = 0, 1  # word numbers that are no word's; the vocabulary begins at 2
+
+
+def split_words(text: str) -> list[str]:
+    """Lower-case words, numbers and punctuation marks of `text`, in order."""
+    return _WORD.findall(text.lower())
+
+
+def build_vocabulary(texts: Iterable[str], max_words: int) -> list[str]:
+    """The `max_words` most frequent words of `texts`, in alphabetical order (ties in frequency: alphabetical too)."""
+    counts = Counter(word for text in sorted(set(texts)) for word in split_words(text))
+    frequent = sorted(counts, key=lambda word: (-counts[word], word))[:max_words]
+    return sorted(frequent)
+
+
+@lru_cache(maxsize=65536)
+def trigram_buckets(word: str) -> tuple[int, ...]:
+    """Table rows (1.._TRIGRAM_BUCKETS) of the letter trigrams of `word`, the same on every machine."""
+    marked = f"<{word}>"
+    trigrams = [marked[i : i + 3] for i in range(max(1, len(marked) - 2))][:_MAX_TRIGRAMS]
+    return tuple(1 + zlib.crc32(trigram.encode()) % _TRIGRAM_BUCKETS for trigram in trigrams)
+
+
+class TextEncoder(nn.Module):
+    """Instructions (list of T str) -> (tokens (T, L, dim), is_word (T, L) bool); L is the longest one's word count.
+
+    Args:
+        vocabulary: words with an embedding of their own.
+        max_words: words read of each instruction.
+        dim, heads, layers: of the transformer over the words.
+        word_dropout: share of known words shown as unknown while training.
+    """
+
+    def __init__(
+        self, vocabulary: Sequence[str], max_words: int, dim: int, heads: int, layers: int, word_dropout: float
+    ):
+        super().__init__()
+        self.max_words = max_words
+        self.word_dropout = word_dropout
+        self._number = {word: 2 + i for i, word in enumerate(vocabulary)}
+        self.word = nn.Embedding(2 + len(vocabulary), dim, padding_idx=PAD)
+        self.trigram = nn.Embedding(1 + _TRIGRAM_BUCKETS, dim, padding_idx=PAD)
+        self.position = nn.Parameter(torch.randn(max_words, dim) * 0.1)
+        nn.init.normal_(self.word.weight, std=0.5)
+        nn.init.normal_(self.trigram.weight, std=0.5)
+        layer = nn.TransformerEncoderLayer(
+            dim, heads, 2 * dim, dropout=0.0, activation="gelu", batch_first=True, norm_first=True
+        )
+        self.transformer = nn.TransformerEncoder(layer, layers, norm=nn.LayerNorm(dim), enable_nested_tensor=False)
+
+    def forward(self, texts: Sequence[str]) -> tuple[Tensor, Tensor]:
+        numbers, buckets = self._tokenize(texts)
+        if self.training and self.word_dropout:
+            dropped = (torch.rand(numbers.shape, device=numbers.device) < self.word_dropout) & (numbers != PAD)
+            numbers = numbers.masked_fill(dropped, UNKNOWN)
+        is_word = numbers != PAD
+        trigram_count = (buckets != PAD).sum(-1, keepdim=True).clamp(min=1)
+        tokens = self.word(numbers) + self.trigram(buckets).sum(2) / trigram_count.sqrt()
+        tokens = tokens + self.position[: numbers.shape[1]]
+        return self.transformer(tokens, src_key_padding_mask=~is_word), is_word
+
+    def _tokenize(self, texts: Sequence[str]) -> tuple[Tensor, Tensor]:
+        """Word numbers (T, L) and trigram rows (T, L, G), padded with PAD; an empty text becomes one unknown word."""
+        words = [split_words(text)[: self.max_words] or [""] for text in texts]
+        rows = [[trigram_buckets(word) for word in line] for line in words]
+        length = max(len(line) for line in words)
+        width = max(len(row) for line in rows for row in line)
+        numbers = torch.full((len(texts), length), PAD)
+        buckets = torch.full((len(texts), length, width), PAD)
+        for i, line in enumerate(words):
+            numbers[i, : len(line)] = torch.tensor([self._number.get(word, UNKNOWN) for word in line])
+            for j, row in enumerate(rows[i]):
+                buckets[i, j, : len(row)] = torch.tensor(row)
+        device = self.position.device
+        return numbers.to(device), buckets.to(device)

@@ -1,0 +1,137 @@
+"""The stock `lerobot-*` commands with `--policy.type=hv` and `--env.type=hv_sim`, run as a user runs them."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from safetensors.torch import load_file
+from stand_still import StandStill
+from stock_commands import error_lines, run_command
+
+from hv_sim.task import resolve_tasks
+from hv_teachers.recording import RecordingConfig, record_dataset
+
+POLICY = ("--policy.push_to_hub=false", "--policy.device=cpu")
+ENVIRONMENT = (
+    "--env.type=hv_sim",
+    "--env.task=living_room_1",
+    "--env.episode_length=10",
+    "--env.observation_height=64",
+    "--env.observation_width=64",
+    "--eval.use_async_envs=false",
+)
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory) -> Path:
+    root = tmp_path_factory.mktemp("data") / "standing"
+    record_dataset(root, resolve_tasks("living_room")[:2], StandStill, RecordingConfig(0, 64, 24))
+    return root
+
+
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory, dataset: Path) -> Path:
+    """The output folder of a training run of four steps, with a checkpoint after two."""
+    folder = tmp_path_factory.mktemp("train") / "run"
+    done = run_command(
+        "lerobot-train",
+        "--policy.type=hv",
+        *POLICY,
+        "--policy.image_size=64",
+        "--policy.memory_dropout=0",  # chance would keep a resumed run from repeating the same steps exactly
+        "--policy.word_dropout=0",
+        f"--dataset.repo_id={dataset.name}",
+        f"--dataset.root={dataset}",
+        f"--output_dir={folder}",
+        "--steps=4",
+        "--save_freq=2",
+        "--log_freq=1",
+        "--batch_size=4",
+        "--num_workers=0",
+    )
+    assert done.returncode == 0, done.stdout[-3000:]
+    assert len(re.findall(r"action_error:0\.\d+", done.stdout)) == 4
+    return folder
+
+
+def checkpoint(run_folder: Path, step: int) -> Path:
+    return run_folder / "checkpoints" / f"{step:06d}" / "pretrained_model"
+
+
+@pytest.mark.parametrize("command", ["lerobot-train", "lerobot-eval"])
+def test_the_choices_are_listed(command: str):
+    shown = run_command(command, "--help").stdout
+    assert re.search(r"--policy\.type \{[^}]*\bhv\b[^}]*\}", shown)
+    assert re.search(r"--env\.type \{[^}]*\bhv_sim\b[^}]*\}", shown)
+
+
+def test_the_vocabulary_and_the_statistics_are_in_the_checkpoint(run_folder: Path, dataset: Path):
+    config = json.loads((checkpoint(run_folder, 4) / "config.json").read_text())
+    instructions = " ".join(task.subtasks[0].instruction for task in resolve_tasks("living_room")[:2]).lower()
+    assert config["type"] == "hv"
+    assert config["vocabulary"] == sorted(config["vocabulary"])
+    assert set(re.findall("[a-z]+", instructions)) <= set(config["vocabulary"])
+    weights = load_file(checkpoint(run_folder, 4) / "model.safetensors")
+    mean = json.loads((dataset / "meta" / "stats.json").read_text())["observation.state"]["mean"]
+    assert weights["network.state_units.mean"].tolist() == pytest.approx(mean, abs=1e-6)
+
+
+def test_resumed_training_continues(run_folder: Path, tmp_path: Path):
+    """From the checkpoint after two steps on, the same two steps follow as in the uninterrupted run."""
+    copy = tmp_path / "run"
+    shutil.copytree(run_folder, copy, symlinks=True)
+    shutil.rmtree(copy / "checkpoints" / "000004")
+    config = checkpoint(copy, 2) / "train_config.json"
+    done = run_command("lerobot-train", f"--config_path={config}", "--resume=true", f"--output_dir={copy}")
+    assert done.returncode == 0, done.stdout[-3000:]
+    assert re.findall(r"step:(\d+)", done.stdout) == ["3", "4"]
+    expected = load_file(checkpoint(run_folder, 4) / "model.safetensors")
+    resumed = load_file(checkpoint(copy, 4) / "model.safetensors")
+    assert expected.keys() == resumed.keys()
+    start = load_file(checkpoint(copy, 2) / "model.safetensors")
+    moved = sum(float((expected[key] - start[key]).abs().sum()) for key in expected)
+    apart = sum(float((expected[key] - resumed[key]).abs().sum()) for key in expected)
+    assert moved > 0
+    assert apart < 1e-3 * moved
+
+
+def test_evaluation_runs_whatever_the_batch_size(run_folder: Path, tmp_path: Path):
+    episodes = []
+    for batch_size in (1, 2):
+        folder = tmp_path / f"batch_{batch_size}"
+        done = run_command(
+            "lerobot-eval",
+            f"--policy.path={checkpoint(run_folder, 4)}",
+            "--policy.device=cpu",
+            *ENVIRONMENT,
+            "--eval.n_episodes=2",
+            f"--eval.batch_size={batch_size}",
+            f"--output_dir={folder}",
+        )
+        assert done.returncode == 0, done.stdout[-3000:]
+        info = json.loads((folder / "eval_info.json").read_text())
+        assert info["overall"]["n_episodes"] == 2
+        assert len(list(folder.rglob("*.mp4"))) == 2
+        episodes.append(info["per_task"][0]["metrics"])
+    assert episodes[0]["successes"] == episodes[1]["successes"] == [False, False]
+    assert episodes[0]["sum_rewards"] == pytest.approx(episodes[1]["sum_rewards"], abs=1e-4)
+
+
+def test_a_checkpoint_of_another_shape_is_refused_in_one_line(run_folder: Path, tmp_path: Path):
+    other = tmp_path / "other"
+    shutil.copytree(checkpoint(run_folder, 4), other)
+    config = json.loads((other / "config.json").read_text())
+    (other / "config.json").write_text(json.dumps(config | {"size": "base"}))
+    done = run_command(
+        "lerobot-eval",
+        f"--policy.path={other}",
+        "--policy.device=cpu",
+        *ENVIRONMENT,
+        f"--output_dir={tmp_path / 'out'}",
+    )
+    assert done.returncode == 1
+    [line] = error_lines(done.stdout)
+    assert line.startswith(f"error: checkpoint {other}: network.")
+    assert line.endswith("it was made with another configuration")
