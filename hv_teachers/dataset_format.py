@@ -1,0 +1,90 @@
+"""The columns of a recorded LeRobot dataset, and the check of a written one against what was recorded.
+
+A stock policy sees the camera, `observation.state`, `action` and the instruction (`task`). What only a simulator knows
+is kept under `privileged.*`, names that no stock policy turns into inputs.
+"""
+
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from tqdm import tqdm
+
+FPS = 30
+HEAD_IMAGE = "observation.images.head"
+STATE = "observation.state"
+ACTION = "action"
+
+# Flat float32 vectors and their sizes; frames and units as in hv_sim.observations (heading frame, m, rad, s).
+VECTOR_COLUMNS: dict[str, int] = {
+    STATE: 223,
+    ACTION: 28,  # joint targets, rad
+    "privileged.object": 15,  # position 3, rotation 6, linear 3 and angular velocity 3 of the object in hand
+    "privileged.goal": 9,  # position 3, rotation 6
+    "privileged.waypoint": 3,
+    "privileged.half_extents": 3,  # of the object
+    "privileged.intent": 14,  # hv_sim.control.INTENT_NAMES
+    "privileged.subtask_index": 1,
+}
+
+
+class RecordingError(ValueError):
+    """A dataset that cannot be recorded or does not hold what was recorded; the message is one line."""
+
+
+def features(image_size_px: int) -> dict[str, dict[str, Any]]:
+    """LeRobot's feature specification of a recorded dataset; pictures are square, stored as PNG."""
+    image = {"dtype": "image", "shape": (image_size_px, image_size_px, 3), "names": ["height", "width", "channels"]}
+    vectors = {name: {"dtype": "float32", "shape": (size,), "names": None} for name, size in VECTOR_COLUMNS.items()}
+    return {HEAD_IMAGE: image, **vectors}
+
+
+@dataclass(frozen=True)
+class FrameDigest:
+    """Checksums of one recorded frame: enough to recognise it bit for bit, small enough to keep for every frame."""
+
+    image_crc32: int
+    vectors_crc32: int
+    instruction: str
+
+
+def digest(image: np.ndarray, vectors: dict[str, np.ndarray], instruction: str) -> FrameDigest:
+    """Digest of a picture (H, W, 3) uint8, the columns of `VECTOR_COLUMNS` (float32) and the instruction."""
+    checksum = 0
+    for name in VECTOR_COLUMNS:
+        checksum = zlib.crc32(np.ascontiguousarray(vectors[name], dtype=np.float32).tobytes(), checksum)
+    return FrameDigest(zlib.crc32(np.ascontiguousarray(image).tobytes()), checksum, instruction)
+
+
+def verify_dataset(root: Path, repo_id: str, episodes: Mapping[int, Sequence[FrameDigest]]) -> None:
+    """Opens the dataset at `root` as a user would and compares every frame of `episodes` with what was recorded.
+
+    Args:
+        root: the finalised dataset's folder.
+        repo_id: its name.
+        episodes: episode index -> digests of its frames, in order.
+
+    Raises:
+        RecordingError: an episode has another length, or a frame another picture, vector or instruction.
+    """
+    if not episodes:
+        return
+    dataset = LeRobotDataset(repo_id, root=root, video_backend="pyav")
+    starts = dataset.meta.episodes["dataset_from_index"]
+    ends = dataset.meta.episodes["dataset_to_index"]
+    with tqdm(total=sum(map(len, episodes.values())), desc="Checking", unit="frame") as progress:
+        for index, digests in episodes.items():
+            if ends[index] - starts[index] != len(digests):
+                found = ends[index] - starts[index]
+                raise RecordingError(f"dataset {root}: episode {index} has {found} frames instead of {len(digests)}")
+            for frame, recorded in enumerate(digests):
+                item = dataset[starts[index] + frame]
+                image = (item[HEAD_IMAGE] * 255).round().byte().permute(1, 2, 0).numpy()
+                vectors = {name: np.atleast_1d(item[name].numpy()) for name in VECTOR_COLUMNS}
+                if digest(image, vectors, item["task"]) != recorded:
+                    raise RecordingError(f"dataset {root}: episode {index}, frame {frame} is not what was recorded")
+                progress.update()

@@ -1,0 +1,324 @@
+"""Records what an expert does as a LeRobot v3 dataset: one episode per attempt, instructions changing on the way.
+
+An attempt is (task, repeat); its seed follows from (seed, task's name, repeat) alone, so that an attempt is the same
+in whatever company and order it is recorded. Episodes are stored in the order of the attempts. Everything is written
+to a temporary folder beside the target, read back and compared frame by frame, and only then moved into place.
+"""
+
+import itertools
+import json
+import math
+import shutil
+import tempfile
+import time
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import torch
+from datasets.utils.logging import disable_progress_bar
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from torch import Tensor
+from tqdm import tqdm
+
+from hv_sim.metrics import SUCCESS_THRESHOLDS_M
+from hv_sim.rendering import CameraRenderer
+from hv_sim.task import Task
+from hv_sim.world import RearrangeWorld
+from hv_teachers.dataset_format import (
+    ACTION,
+    FPS,
+    HEAD_IMAGE,
+    STATE,
+    FrameDigest,
+    RecordingError,
+    digest,
+    features,
+    verify_dataset,
+)
+
+REPORT_FILE = "meta/hv_recording.json"
+
+
+class Expert(Protocol):
+    """Decides for every environment of a world at once; may use everything that the simulator knows."""
+
+    def reset(self, ids: Tensor | None = None) -> None:
+        """Forget what is remembered of environments `ids` (all by default): new episodes begin there."""
+
+    def __call__(self, world: RearrangeWorld) -> tuple[Tensor, Tensor]:
+        """Intents (N, 14), see `hv_sim.control.INTENT_NAMES`, and joint targets (N, 28) in rad."""
+
+
+@dataclass(frozen=True)
+class RecordingConfig:
+    """What determines the frames of a recording.
+
+    Args:
+        seed: of the whole recording.
+        image_size_px: side of the square head camera picture.
+        max_episode_steps: control steps (30 a second) after which an attempt ends; None: the world's default.
+        drop_failed: leave out attempts in which not every object ends at its goal; they are still counted.
+    """
+
+    seed: int = 0
+    image_size_px: int = 128
+    max_episode_steps: int | None = None
+    drop_failed: bool = False
+
+
+@dataclass
+class Attempt:
+    """One attempt of the expert and where it went: `episode_index` is None for one that was left out."""
+
+    task: str
+    repeat: int
+    seed: int
+    success: bool
+    num_finished: int
+    num_frames: int
+    fallen: bool
+    distances_m: list[float | None]
+    episode_index: int | None = None
+
+
+@dataclass
+class RecordingReport:
+    """What a recording holds (`attempts`, those of earlier sessions included) and how long this session took."""
+
+    attempts: list[Attempt] = field(default_factory=list)
+    frames_recorded: int = 0
+    rollout_s: float = 0.0
+    writing_s: float = 0.0
+    checking_s: float = 0.0
+
+    @property
+    def num_failed(self) -> int:
+        return sum(not attempt.success for attempt in self.attempts)
+
+    @property
+    def num_episodes(self) -> int:
+        return sum(attempt.episode_index is not None for attempt in self.attempts)
+
+
+def attempt_seed(seed: int, task_name: str, repeat: int) -> int:
+    """The environment's seed of one attempt."""
+    return int(np.random.SeedSequence([seed, zlib.crc32(task_name.encode()), repeat]).generate_state(1)[0])
+
+
+def record_dataset(
+    root: str | Path,
+    tasks: Sequence[Task],
+    make_expert: Callable[[int], Expert],
+    config: RecordingConfig = RecordingConfig(),
+    *,
+    repeats: int = 1,
+    num_envs: int = 2,
+    resume: bool = False,
+) -> RecordingReport:
+    """Lets an expert attempt every task `repeats` times and stores the attempts as a LeRobot dataset.
+
+    Args:
+        root: folder of the dataset; its last part is also the dataset's name.
+        tasks: their names must differ.
+        make_expert: builds an expert for a number of environments.
+        config: see `RecordingConfig`.
+        repeats: attempts of each task, 0, 1, ...
+        num_envs: attempts simulated at a time; does not change the result.
+        resume: add the attempts that an existing dataset at `root` does not hold yet. Without it an existing folder
+            is left alone.
+
+    Returns:
+        The report, which is also stored in the dataset as `meta/hv_recording.json`.
+
+    Raises:
+        RecordingError: `root` exists (without `resume`), was recorded with another configuration, two tasks share a
+            name, no attempt was left to store, or the dataset that was written does not hold what was recorded.
+    """
+    root = Path(root)
+    names = [task.name for task in tasks]
+    if len(set(names)) != len(names):
+        raise RecordingError(f"tasks: {next(n for n in names if names.count(n) > 1)!r} is the name of more than one")
+    if root.exists() and not resume:
+        raise RecordingError(f"dataset {root}: exists already; choose another folder, or add to it with --resume")
+    earlier = _read_report(root, config) if root.exists() else []
+    done = {(attempt.task, attempt.repeat) for attempt in earlier}
+    wanted = [(task, repeat) for repeat in range(repeats) for task in tasks if (task.name, repeat) not in done]
+    report = RecordingReport(attempts=list(earlier))
+    if not wanted:
+        return report
+
+    root.parent.mkdir(parents=True, exist_ok=True)
+    workplace = Path(tempfile.mkdtemp(prefix=f".{root.name}.partial-", dir=root.parent))
+    try:
+        written = workplace / root.name
+        if earlier:
+            shutil.copytree(root, written)
+        _record_attempts(written, root.name, wanted, make_expert, config, num_envs, report)
+        if report.num_episodes == 0:
+            raise RecordingError(f"dataset {root}: all {len(report.attempts)} attempts failed and were dropped")
+        (written / REPORT_FILE).write_text(_report_as_json(config, report))
+        if root.exists():
+            root.rename(workplace / "before")
+        written.rename(root)
+    finally:
+        before = workplace / "before"
+        if before.exists() and not root.exists():
+            before.rename(root)
+        shutil.rmtree(workplace, ignore_errors=True)
+    return report
+
+
+def _record_attempts(
+    written: Path,
+    name: str,
+    wanted: Sequence[tuple[Task, int]],
+    make_expert: Callable[[int], Expert],
+    config: RecordingConfig,
+    num_envs: int,
+    report: RecordingReport,
+) -> None:
+    """Rolls, writes, finalises and checks; extends `report`."""
+    disable_progress_bar()
+    if written.exists():
+        dataset = LeRobotDataset.resume(name, root=written, image_writer_threads=2, video_backend="pyav")
+    else:
+        dataset = LeRobotDataset.create(
+            name,
+            fps=FPS,
+            features=features(config.image_size_px),
+            root=written,
+            robot_type="hv_humanoid",
+            use_videos=False,
+            image_writer_threads=2,
+            video_backend="pyav",  # never used, but LeRobot would look for torchcodec, loudly
+        )
+    digests: dict[int, list[FrameDigest]] = {}
+    try:
+        with tqdm(total=len(wanted), desc="Recording", unit="episode") as progress:
+            for group in _groups(wanted, config, num_envs):
+                started = time.perf_counter()
+                rolled = roll_attempts(group, make_expert, config)
+                report.rollout_s += time.perf_counter() - started
+                for attempt, frames in rolled:
+                    started = time.perf_counter()
+                    if attempt.success or not config.drop_failed:
+                        attempt.episode_index = dataset.meta.total_episodes
+                        digests[attempt.episode_index] = _write_episode(dataset, frames)
+                    report.writing_s += time.perf_counter() - started
+                    report.attempts.append(attempt)
+                    report.frames_recorded += attempt.num_frames
+                    progress.set_postfix(failed=report.num_failed, refresh=False)
+                    progress.update()
+    finally:
+        dataset.finalize()
+        if dataset.writer is not None and dataset.writer.image_writer is not None:
+            dataset.writer.image_writer.stop()
+    started = time.perf_counter()
+    verify_dataset(written, name, digests)
+    report.checking_s = time.perf_counter() - started
+
+
+def roll_attempts(
+    attempts: Sequence[tuple[Task, int]], make_expert: Callable[[int], Expert], config: RecordingConfig
+) -> list[tuple[Attempt, list[dict[str, Any]]]]:
+    """Simulates attempts (task, repeat) side by side.
+
+    Returns:
+        For each, what became of it and its frames, ready for `LeRobotDataset.add_frame`.
+    """
+    tasks = [task for task, _ in attempts]
+    seeds = [attempt_seed(config.seed, task.name, repeat) for task, repeat in attempts]
+    world = RearrangeWorld(tasks, max_episode_steps=config.max_episode_steps)
+    world.reset(seeds=seeds)
+    expert = make_expert(len(attempts))
+    expert.reset()
+    camera = CameraRenderer(config.image_size_px, config.image_size_px)
+    frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
+    try:
+        while not bool(world.done.all()):
+            running = torch.nonzero(~world.done).flatten().tolist()
+            images = camera.render_batch(world.physics, running)
+            observation, instructions = world.observe(), world.instructions()
+            intent, joint_targets = expert(world)
+            vectors = {
+                STATE: observation.proprioception,
+                ACTION: joint_targets,
+                "privileged.object": observation.object,
+                "privileged.goal": observation.goal,
+                "privileged.waypoint": observation.waypoint,
+                "privileged.half_extents": observation.half_extents,
+                "privileged.intent": intent,
+                "privileged.subtask_index": world.subtask_index[:, None],
+            }
+            arrays = {key: value.float().cpu().numpy() for key, value in vectors.items()}
+            for image, env in zip(images, running, strict=True):
+                row = {key: value[env].copy() for key, value in arrays.items()}
+                frames[env].append({HEAD_IMAGE: image, **row, "task": instructions[env]})
+            world.step(joint_targets)
+    finally:
+        camera.close()
+    outcomes = [
+        Attempt(
+            task=record.task,
+            repeat=repeat,
+            seed=record.seed,
+            success=all(record.succeeded(SUCCESS_THRESHOLDS_M[0])),
+            num_finished=record.num_finished,
+            num_frames=record.num_steps,
+            fallen=record.fallen,
+            distances_m=[d if math.isfinite(d) else None for d in record.distances_m],
+        )
+        for (_, repeat), record in zip(attempts, world.records(), strict=True)
+    ]
+    return list(zip(outcomes, frames, strict=True))
+
+
+def _groups(
+    wanted: Sequence[tuple[Task, int]], config: RecordingConfig, num_envs: int
+) -> Iterator[list[tuple[Task, int]]]:
+    """Neighbours to be simulated side by side, at most `num_envs`; a world has one time limit for all of its tasks."""
+
+    def time_limit(attempt: tuple[Task, int]) -> int:
+        return config.max_episode_steps or RearrangeWorld.default_max_episode_steps([attempt[0]])
+
+    for _, alike in itertools.groupby(wanted, key=time_limit):
+        for group in itertools.batched(alike, num_envs):
+            yield list(group)
+
+
+def _write_episode(dataset: LeRobotDataset, frames: Sequence[dict[str, Any]]) -> list[FrameDigest]:
+    """Appends an episode to the dataset; returns what to find there later."""
+    # In the order of appearance; left to itself, LeRobot numbers them in the order of Python's randomised hashes.
+    dataset.meta.save_episode_tasks(list(dict.fromkeys(frame["task"] for frame in frames)))
+    digests = []
+    for frame in frames:
+        digests.append(digest(frame[HEAD_IMAGE], frame, frame["task"]))
+        dataset.add_frame(dict(frame))
+    dataset.save_episode()
+    return digests
+
+
+def _report_as_json(config: RecordingConfig, report: RecordingReport) -> str:
+    content = {"config": asdict(config), "attempts": [asdict(attempt) for attempt in report.attempts]}
+    return json.dumps(content, indent=1) + "\n"
+
+
+def _read_report(root: Path, config: RecordingConfig) -> list[Attempt]:
+    """Attempts that the dataset at `root` holds already.
+
+    Raises:
+        RecordingError: it is not a dataset of ours, or was recorded with another configuration.
+    """
+    try:
+        content = json.loads((root / REPORT_FILE).read_text())
+        before, attempts = content["config"], [Attempt(**attempt) for attempt in content["attempts"]]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RecordingError(f"dataset {root}: cannot be resumed, {REPORT_FILE} is missing or damaged") from error
+    for name, value in asdict(config).items():
+        if before.get(name) != value:
+            raise RecordingError(f"dataset {root}: was recorded with {name}={before.get(name)}, not {value}")
+    return attempts

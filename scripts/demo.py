@@ -1,0 +1,176 @@
+"""The whole path once, small: record an expert, train on it, evaluate, film. About five minutes on two cores.
+
+    make demo        (or: hv-demo --output outputs/demo)
+
+Leaves in the output folder: demo.mp4 (third person left, head camera right, the instruction underneath), metrics.json,
+the dataset, the checkpoint and the logs of the stock `lerobot-train` and `lerobot-eval`.
+"""
+
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+TASKS = ("living_room_1", "living_room_2")
+TRAINING_STEPS = 60
+EVALUATION_STEPS = 240  # of an episode: 8 s, enough to see the untrained-looking student lose its balance
+
+OFFLINE = {
+    "HF_HUB_OFFLINE": "1",
+    "HF_DATASETS_OFFLINE": "1",
+    "TOKENIZERS_PARALLELISM": "false",
+    "PYTHONHASHSEED": "0",
+    "OMP_WAIT_POLICY": "passive",  # threads that spin while waiting stall a machine shared with others
+}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--output", type=Path, default=Path("outputs/demo"), help="folder; an earlier demo is replaced")
+    output = parser.parse_args(arguments).output
+    if output.exists() and not (output / "metrics.json").exists() and any(output.iterdir()):
+        print(f"error: --output: {output} exists and does not look like an earlier demo", file=sys.stderr)
+        return 1
+    os.environ.update(OFFLINE)
+
+    from hv_sim.gl_backend import GLError
+    from hv_teachers.dataset_format import RecordingError
+
+    shutil.rmtree(output, ignore_errors=True)
+    started, finished = time.perf_counter(), False
+    try:
+        run_demo(output)
+        finished = True
+    except (CommandError, RecordingError, GLError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    finally:
+        if not finished:
+            shutil.rmtree(output, ignore_errors=True)
+    minutes = (time.perf_counter() - started) / 60
+    print(f"Done in {minutes:.1f} minutes: watch {output / 'demo.mp4'}, read {output / 'metrics.json'}")
+    return 0
+
+
+def run_demo(folder: Path) -> None:
+    """Fills `folder`, step by step: dataset, checkpoint, evaluation, film, metrics."""
+    from lerobot.utils.io_utils import write_video
+
+    from hv_sim.metrics import save_metrics
+    from hv_sim.task import load_task
+    from hv_teachers.expert import PlannerExpert
+    from hv_teachers.recording import RecordingConfig, record_dataset
+    from hv_teachers.replay import replay_episode
+
+    folder.mkdir(parents=True)
+    tasks = {name: load_task(name) for name in TASKS}
+    dataset, seconds = folder / "dataset", {}
+
+    clock = time.perf_counter()
+    report = record_dataset(dataset, list(tasks.values()), PlannerExpert, RecordingConfig(seed=0))
+    seconds["record"] = time.perf_counter() - clock
+
+    clock = time.perf_counter()
+    training = folder / "train"
+    run_stock_command(
+        "lerobot-train",
+        [
+            "--policy.type=hv",
+            "--policy.push_to_hub=false",
+            "--policy.device=cpu",
+            f"--dataset.repo_id={dataset.name}",
+            f"--dataset.root={dataset}",
+            f"--output_dir={training}",
+            f"--steps={TRAINING_STEPS}",
+            "--batch_size=32",
+            "--num_workers=0",
+            "--log_freq=20",
+            "--env_eval_freq=0",
+        ],
+        folder / "train.log",
+    )
+    seconds["train"] = time.perf_counter() - clock
+
+    clock = time.perf_counter()
+    evaluation = folder / "eval"
+    run_stock_command(
+        "lerobot-eval",
+        [
+            f"--policy.path={training / 'checkpoints' / 'last' / 'pretrained_model'}",
+            "--policy.device=cpu",
+            "--env.type=hv_sim",
+            f"--env.task={','.join(TASKS)}",
+            f"--env.episode_length={EVALUATION_STEPS}",
+            "--eval.n_episodes=1",
+            "--eval.batch_size=1",
+            f"--output_dir={evaluation}",
+        ],
+        folder / "eval.log",
+    )
+    seconds["evaluate"] = time.perf_counter() - clock
+
+    clock = time.perf_counter()
+    replayed = []
+    furthest = max(report.attempts, key=lambda attempt: (attempt.num_finished, attempt.num_frames))
+    for attempt in report.attempts:
+        record, frames = replay_episode(dataset, tasks[attempt.task], attempt, frame_stride=2)
+        replayed.append(record)
+        if attempt is furthest:
+            write_video(folder / "demo.mp4", frames, fps=15)
+    seconds["film"] = time.perf_counter() - clock
+
+    student = json.loads((evaluation / "eval_info.json").read_text())["overall"]
+    save_metrics(
+        folder / "metrics.json",
+        replayed,
+        who="PlannerExpert",
+        student={key: student[key] for key in ("avg_max_reward", "pc_success", "n_episodes") if key in student},
+        dataset={"episodes": report.num_episodes, "frames": report.frames_recorded, "failed": report.num_failed},
+        filmed={"task": furthest.task, "repeat": furthest.repeat},
+        seconds={name: round(value, 1) for name, value in seconds.items()},
+    )
+
+
+class CommandError(RuntimeError):
+    """A stock command failed; the message is one line that names its log."""
+
+
+def run_stock_command(name: str, arguments: list[str], log: Path) -> None:
+    """Runs `name` of this Python's environment offline; shows its progress bars and keeps everything else in `log`.
+
+    Raises:
+        CommandError: it exits with another status than 0.
+    """
+    print(f"{name} {' '.join(arguments[:2])} ...   (everything it says: {log.name})", flush=True)
+    command = [str(Path(sys.executable).with_name(name)), *arguments]
+    environment = {**os.environ, **OFFLINE}
+    said = []
+    with (
+        open(log, "wb") as file,
+        subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process,
+    ):
+        assert process.stdout is not None
+        pending = b""
+        while chunk := os.read(process.stdout.fileno(), 4096):
+            file.write(chunk)
+            *lines, pending = re.split(rb"[\r\n]", pending + chunk)
+            for line in (raw.decode(errors="replace").strip() for raw in lines):
+                if re.search(r"\d+%\|", line):
+                    print(f"\r\033[K{line[:110]}", end="", flush=True)
+                elif line:
+                    said.append(line)
+    print("\r\033[K", end="", flush=True)
+    if process.returncode:
+        kept = log.parent.with_name(f"{log.parent.name}-failed.log")
+        log.replace(kept)
+        last = said[-1][:200] if said else "it said nothing"
+        raise CommandError(f"{name} failed (status {process.returncode}, all it said is in {kept}): {last}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

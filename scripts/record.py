@@ -1,0 +1,93 @@
+"""Records an expert's attempts at tasks as a LeRobot dataset.
+
+    hv-record --root outputs/datasets/living_room --tasks living_room --repeats 3
+
+Tasks are names of packaged ones, prefixes of such names, or task files. A folder that exists is left alone unless
+--resume is given, which adds the attempts that it does not hold yet.
+"""
+
+import argparse
+import os
+import signal
+import sys
+from pathlib import Path
+
+
+def main(arguments: list[str] | None = None) -> int:
+    options = _parse(arguments)
+    _fix_hash_seed()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that a half-written dataset is cleaned away
+
+    from hv_sim.gl_backend import GLError
+    from hv_sim.task import TaskError, resolve_tasks
+    from hv_teachers.dataset_format import RecordingError
+    from hv_teachers.expert import PlannerExpert
+    from hv_teachers.recording import RecordingConfig, record_dataset
+
+    config = RecordingConfig(
+        seed=options.seed,
+        image_size_px=options.image_size,
+        max_episode_steps=options.max_episode_steps,
+        drop_failed=options.drop_failed,
+    )
+    try:
+        tasks = [task for name in options.tasks for task in resolve_tasks(name)]
+        report = record_dataset(
+            options.root,
+            tasks,
+            PlannerExpert,
+            config,
+            repeats=options.repeats,
+            num_envs=options.num_envs,
+            resume=options.resume,
+        )
+    except (RecordingError, TaskError, GLError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("error: interrupted; nothing was written", file=sys.stderr)
+        return 130
+    dropped = len(report.attempts) - report.num_episodes
+    seconds = report.rollout_s + report.writing_s
+    rate = f", {report.frames_recorded / seconds:.0f} frames/s" if seconds else ""
+    print(
+        f"{options.root}: {report.num_episodes} episodes of {len(report.attempts)} attempts"
+        f" ({report.num_failed} failed, {dropped} dropped{rate})"
+    )
+    print(
+        "Train on it: HF_HUB_OFFLINE=1 lerobot-train --policy.type=hv --policy.push_to_hub=false"
+        f" --dataset.repo_id={options.root.name} --dataset.root={options.root} --output_dir=outputs/train/hv"
+    )
+    return 0
+
+
+def _parse(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--root", type=Path, required=True, help="folder of the dataset; must not exist yet")
+    parser.add_argument("--tasks", nargs="+", default=["living_room"], help="names, prefixes or files of tasks")
+    parser.add_argument("--repeats", type=_positive, default=1, help="attempts of each task")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--image-size", type=_positive, default=128, help="side of the pictures in pixels")
+    parser.add_argument("--max-episode-steps", type=_positive, help="control steps (30 a second) of an attempt")
+    parser.add_argument("--num-envs", type=_positive, default=2, help="attempts simulated at a time")
+    parser.add_argument("--drop-failed", action="store_true", help="leave out attempts that fail")
+    parser.add_argument("--resume", action="store_true", help="add to a dataset that exists")
+    return parser.parse_args(arguments)
+
+
+def _positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not a positive whole number")
+    return value
+
+
+def _fix_hash_seed() -> None:
+    """Starts over with Python's string hashes fixed: LeRobot lists an episode's instructions in their order."""
+    if os.environ.get("PYTHONHASHSEED") != "0":
+        os.environ["PYTHONHASHSEED"] = "0"
+        os.execv(sys.executable, [sys.executable, "-m", "hv_scripts.record", *sys.argv[1:]])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
