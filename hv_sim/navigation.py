@@ -33,6 +33,8 @@ REACH_M = 0.5
 LOW_SUPPORT_M = 0.3
 """Below this height the robot squats, for which it stands `SQUAT_ROOM_M` farther back."""
 SQUAT_ROOM_M = 0.07
+TOE_ROOM_M = 0.2
+"""How far the way to an object keeps from it, so that the robot does not kick what it is to lift."""
 _BACK_OFF_M = 1.0
 
 
@@ -183,7 +185,9 @@ def plan_subtask(
     for lacking, straight_m, i, picks, places, before, after in sides:
         if best is not None and lacking * 100.0 + straight_m >= best[0]:
             break  # straight lines are no longer than ways
-        to_object = plan_path(free, robot_xy_m, before)
+        stand_m = float(np.linalg.norm(picks[:2] - positions[k, :2]))
+        around = min(float(np.linalg.norm(half[:2])) + TOE_ROOM_M, stand_m - 0.05)
+        to_object = plan_path(free.with_discs([positions[k]], [around]), robot_xy_m, before)
         to_goal = plan_path(free, before, after)
         walk = _length(np.vstack([np.asarray(robot_xy_m)[:2], to_object])) + _length(np.vstack([before, to_goal]))
         missed = np.linalg.norm(to_object[-1] - before) + np.linalg.norm(to_goal[-1] - after)

@@ -10,7 +10,7 @@ from hv_policy.motor import embodiment as body
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_sim.observations import Heading, proprioception
 from hv_sim.world import RearrangeWorld
-from hv_teachers.planner import PlannerConfig, PlannerView, ScriptedPlanner
+from hv_teachers.planner import Phase, PlannerConfig, PlannerView, ScriptedPlanner
 
 
 class PlannerExpert:
@@ -50,8 +50,10 @@ class PlannerExpert:
         begun = (world.episode_step == 0).nonzero()[:, 0]
         if len(begun):
             self.reset(begun if len(begun) < world.num_envs else None)
-        if self.planner.lost.any():
-            ids = (self.planner.lost & ~world.done).nonzero()[:, 0]
+        # an object that slipped away, or was kicked before it was lifted, needs a new way to it
+        kicked = world.navigator.picked_up & (self.planner.phase <= Phase.SQUEEZE)
+        ids = ((self.planner.lost | kicked) & ~world.done).nonzero()[:, 0]
+        if len(ids):
             state = world.state
             world.navigator.plan(
                 ids, world.subtask_index, state.link_pos_w[:, 0], state.object_pos_w, state.object_rot_w

@@ -16,7 +16,12 @@ from tensordict import TensorDict
 from tqdm import tqdm
 
 from hv_policy.motor.prior import MotorPrior, MotorPriorConfig, save_motor_prior
+from hv_teachers.curves import plot_curve
 from hv_teachers.motor_env import MotorEnv, MotorEnvConfig
+
+CURVES = (
+    "reward", "free_failures_per_s", "load_failures_per_s", "drops_per_s", "placed_share", "steps_per_s",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -28,7 +33,7 @@ class MotorTrainingConfig:
     epochs: int = 4
     mini_batches: int = 4
     learning_rate: float = 5e-4
-    desired_kl: float = 0.03
+    desired_kl: float = 0.08
     gamma: float = 0.98
     lam: float = 0.95
     noise: float = 0.12
@@ -83,7 +88,7 @@ def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConf
 def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
     """Trains, or goes on training, in the folder `output`; returns the path of the exported weights.
 
-    Leaves `resume.pt` (everything needed to go on), `curve.csv` and `motor_prior.safetensors`.
+    Leaves `resume.pt` (everything needed to go on), `curve.csv`, `curve.png` and `motor_prior.safetensors`.
     """
     output = Path(output)
     output.mkdir(parents=True, exist_ok=True)
@@ -130,6 +135,7 @@ def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
             if time.time() - last_save > 60 * config.checkpoint_minutes or samples >= config.samples:
                 _save(output, ppo, prior, config, iteration, samples, (time.time() - started) / 60)
                 curve.flush()
+                plot_curve(output / "curve.csv", output / "curve.png", CURVES)
                 last_save = time.time()
     return output / "motor_prior.safetensors"
 

@@ -19,9 +19,8 @@ def main() -> int:
     env = MotorEnvConfig(num_envs=args.num_envs)
     config = MotorTrainingConfig(samples=int(args.samples), seed=args.seed, env=env)
     weights = train_motor(config, args.output)
-    print(
-        f"weights: {weights}\ncurve: {args.output / 'curve.csv'}\nmeasure: hv-bench-motor --weights {weights} --output DIR"
-    )
+    print(f"weights: {weights}", f"curve: {args.output / 'curve.png'}", sep="\n")
+    print(f"measure: hv-bench-motor --weights {weights} --output DIR")
     return 0
 
 

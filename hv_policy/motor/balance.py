@@ -13,9 +13,9 @@ import torch
 from torch import Tensor
 
 from hv_policy.motor import embodiment as body
-from hv_policy.motor.kinematics import leg_axes
+from hv_policy.motor.kinematics import euler_angles, leg_axes
 from hv_policy.motor.proprioception import BodyState
-from hv_policy.motor.reference import Reference
+from hv_policy.motor.reference import Reference, ReferenceState, loaded_com
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,12 @@ class BalanceConfig:
     sole_yaw_limit: float = 15.0
     squeeze_force: float = 120.0
     grounded_mass_kg: float = 5.0
+    load_gain: float = 0.25
+    load_limit: float = 110.0
 
 
-def leg_torques(state: BodyState, reference: Reference, config: BalanceConfig) -> Tensor:
-    """(N, 2, 7) joint torques of the legs in N m, right then left."""
+def leg_torques(state: BodyState, reference: Reference, load: Tensor, config: BalanceConfig) -> Tensor:
+    """(N, 2, 7) joint torques of the legs in N m, right then left; `load` (N,) is the weight held in N."""
     pelvis = state.pos[:, body.PELVIS]
     rotation = state.rot[:, body.PELVIS]
     wanted_velocity = torch.cat([reference.velocity[:, :2], torch.zeros_like(pelvis[:, :1])], -1)
@@ -47,7 +49,8 @@ def leg_torques(state: BodyState, reference: Reference, config: BalanceConfig) -
     force = force + config.velocity_gain * (wanted_velocity - state.lin_vel[:, body.PELVIS])
     force = force.clamp(-config.force_limit, config.force_limit)
     weight = (body.TOTAL_MASS_KG - config.grounded_mass_kg) * body.GRAVITY
-    force = force + force.new_tensor([0.0, 0.0, weight])
+    weight = weight + load
+    force = torch.cat([force[:, :2], force[:, 2:] + weight[:, None]], -1)
     error = reference.pelvis_rot @ rotation.mT
     turn = 0.5 * torch.stack(
         [error[:, 2, 1] - error[:, 1, 2], error[:, 0, 2] - error[:, 2, 0], error[:, 1, 0] - error[:, 0, 1]], -1
@@ -58,8 +61,8 @@ def leg_torques(state: BodyState, reference: Reference, config: BalanceConfig) -
     moment = (config.rotation_gain * turn + config.rotation_damping * spin) * share
     moment = moment.clamp(-config.moment_limit, config.moment_limit)
     # gravity acts at the centre of mass, the wrench at the pelvis
-    lever = state.com - pelvis
-    moment = moment + torch.stack([lever[:, 1], -lever[:, 0], torch.zeros_like(weight * lever[:, 0])], -1) * weight
+    lever = loaded_com(state, load) - pelvis
+    moment = moment + torch.stack([lever[:, 1], -lever[:, 0], torch.zeros_like(weight)], -1) * weight[:, None]
 
     feet = state.pos[:, body.FEET]
     share = _load_share(reference.stance, feet, pelvis, force, moment)
@@ -99,36 +102,82 @@ def _load_share(stance: Tensor, feet: Tensor, pelvis: Tensor, force: Tensor, mom
     return share / share.sum(-1, keepdim=True).clamp(min=1e-6)
 
 
-def arm_torques(state: BodyState, squeeze: Tensor, config: BalanceConfig) -> Tensor:
-    """(N, 2, 4) arm torques in N m that bear the arms' weight and press the hands together, right then left."""
-    upper, lower, hand = (state.pos[:, i] for i in (body.UPPER_ARMS, body.LOWER_ARMS, body.HANDS))
+def arm_torques(state: BodyState, squeeze: Tensor, load: Tensor, config: BalanceConfig) -> Tensor:
+    """(N, 2, 4) arm torques in N m that bear the arms' weight and the load (N,) in N, and press the hands together."""
+    hand = state.pos[:, body.HANDS]
+    axes, origins = _arm_axes(state)
+    between = hand[:, 1] - hand[:, 0]
+    between = between / between.norm(dim=-1, keepdim=True).clamp(min=0.05)
+    force = torch.stack([between, -between], 1) * (config.squeeze_force * squeeze)[:, None, None]
+    force = force + 0.5 * load[:, None, None] * force.new_tensor([0.0, 0.0, 1.0])
+    return _arm_weight(state, axes, origins) + _torque(axes, origins, hand, force)
+
+
+def measured_arm_angles(state: BodyState, near: Tensor) -> Tensor:
+    """(N, 2, 4) shoulder xyz and elbow in rad; of the two ways to turn a shoulder there, the one nearer to `near`."""
+    upper, lower = state.rot[:, body.UPPER_ARMS], state.rot[:, body.LOWER_ARMS]
+    first = euler_angles(state.rot[:, body.TORSO][:, None].mT @ upper)
+    second = torch.stack([first[..., 0] + torch.pi, torch.pi - first[..., 1], first[..., 2] + torch.pi], -1)
+    options = torch.stack([first, second], 0)
+    options = near[..., :3] + torch.remainder(options - near[..., :3] + torch.pi, 2 * torch.pi) - torch.pi
+    nearer = (options - near[..., :3]).abs().sum(-1).argmin(0)
+    shoulder = torch.where((nearer == 0)[..., None], options[0], options[1])
+    bend = upper.mT @ lower
+    return torch.cat([shoulder, torch.atan2(bend[..., 0, 2], bend[..., 0, 0])[..., None]], -1)
+
+
+def estimate_load(state: BodyState, memory: ReferenceState, config: BalanceConfig) -> Tensor:
+    """(N,) weight between the hands in N, from what the arms' servos exert beyond the arms' own weight.
+
+    Each hand's force is the least-squares solution of J^T f = tau over the arm's joints, with tau = kp (target - q)
+    - kd dq
+    less the arm's weight. Filtered, and only while the hands squeeze. Updates `memory.load` and `memory.arm_angles`.
+    """
+    angles = measured_arm_angles(state, memory.arm_angles)
+    kp = torch.stack([body.KP[j] for j in body.ARM_JOINTS]).to(angles)
+    speed = (angles - memory.arm_angles) / body.CONTROL_DT_S
+    exerted = kp * (memory.arm_targets - angles) - body.DAMPING_TIME_S * kp * speed
+    axes, origins = _arm_axes(state)
+    exerted = exerted - _arm_weight(state, axes, origins)
+    hand = state.pos[:, body.HANDS]
+    jacobian = torch.linalg.cross(axes, hand[..., None, :] - origins)  # (N, 2, 4, 3)
+    gram = jacobian.mT @ jacobian + 0.002 * torch.eye(3, dtype=angles.dtype, device=angles.device)
+    force = torch.linalg.solve(gram, jacobian.mT @ exerted[..., None])[..., 0]
+    lift = force[..., 2].sum(1).clamp(0.0, config.load_limit)
+    memory.arm_angles = angles
+    memory.load = memory.load + config.load_gain * (lift * (memory.squeeze > 0.5) - memory.load)
+    return memory.load
+
+
+def _torque(axes: Tensor, origins: Tensor, point: Tensor, force: Tensor) -> Tensor:
+    """(N, 2, 4) joint torques that exert (N, 2, 3) forces at (N, 2, 3) points."""
+    levers = torch.linalg.cross(point[..., None, :] - origins, force[..., None, :].expand_as(origins))
+    return (axes * levers).sum(-1)
+
+
+def _arm_axes(state: BodyState) -> tuple[Tensor, Tensor]:
+    """(N, 2, 4, 3) directions and origins of the arms' hinges."""
+    upper, lower = state.pos[:, body.UPPER_ARMS], state.pos[:, body.LOWER_ARMS]
     upper_rot = state.rot[:, body.UPPER_ARMS]
-    torso_rot = state.rot[:, body.TORSO][:, None]
-    axis_x = torso_rot[..., 0].expand_as(upper)
+    axis_x = state.rot[:, body.TORSO][:, None, :, 0].expand_as(upper)
     axis_y = torch.linalg.cross(upper_rot[..., 2], axis_x)
     axis_y = axis_y / axis_y.norm(dim=-1, keepdim=True).clamp(min=0.05)
     # |z| < 90 degrees fixes the sign of the y hinge
     axis_y = axis_y * torch.where((axis_y * upper_rot[..., 1]).sum(-1, keepdim=True) < 0, -1.0, 1.0)
-    axes = torch.stack([axis_x, axis_y, upper_rot[..., 2], upper_rot[..., 1]], -2)
-    origins = torch.stack([upper, upper, upper, lower], -2)
+    return torch.stack([axis_x, axis_y, upper_rot[..., 2], upper_rot[..., 1]], -2), torch.stack(
+        [upper] * 3 + [lower], -2
+    )
 
-    def torque(point: Tensor, force: Tensor) -> Tensor:
-        return (axes * torch.linalg.cross(point[..., None, :] - origins, force[..., None, :].expand_as(origins))).sum(
-            -1
-        )
 
-    up = torch.zeros_like(hand)
-    up[..., 2] = body.GRAVITY
-    bodies = (body.UPPER_ARMS, body.LOWER_ARMS, body.HANDS)
+def _arm_weight(state: BodyState, axes: Tensor, origins: Tensor) -> Tensor:
+    """(N, 2, 4) torques that bear the weight of upper arms, forearms and hands."""
     total = torch.zeros_like(axes[..., 0])
-    for ids in bodies:
-        mass = float(body.BODY_MASS_KG[ids[0]])
-        centre = state.pos[:, ids] + (state.rot[:, ids] @ body.BODY_COM_M[ids[0]].to(hand)[:, None])[..., 0]
-        lift = torque(centre, mass * up)
-        if ids is body.UPPER_ARMS:
+    for ids in (body.UPPER_ARMS, body.LOWER_ARMS, body.HANDS):
+        centre = state.pos[:, ids] + (state.rot[:, ids] @ body.BODY_COM_M[ids[0]].to(total)[:, None])[..., 0]
+        weight = torch.zeros_like(centre)
+        weight[..., 2] = float(body.BODY_MASS_KG[ids[0]]) * body.GRAVITY
+        lift = _torque(axes, origins, centre, weight)
+        if ids is body.UPPER_ARMS:  # the elbow bears nothing of the upper arm
             lift = torch.cat([lift[..., :3], torch.zeros_like(lift[..., 3:])], -1)
         total = total + lift
-    between = hand[:, 1] - hand[:, 0]
-    between = between / between.norm(dim=-1, keepdim=True).clamp(min=0.05)
-    inward = torch.stack([between, -between], 1) * (config.squeeze_force * squeeze)[:, None, None]
-    return total + torque(hand, inward)
+    return total

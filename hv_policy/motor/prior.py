@@ -13,11 +13,11 @@ from safetensors.torch import save_file
 from torch import Tensor, nn
 
 from hv_policy.motor import embodiment as body
-from hv_policy.motor.balance import BalanceConfig, arm_torques, leg_torques
+from hv_policy.motor.balance import BalanceConfig, arm_torques, estimate_load, leg_torques
 from hv_policy.motor.proprioception import PROPRIOCEPTION_DIM, BodyState, read_proprioception
 from hv_policy.motor.reference import GaitConfig, Reference, ReferenceState, advance_reference, start_reference
 
-FEATURE_DIM = PROPRIOCEPTION_DIM + 3 + 2 + 6 + 1 + 2 + 3 + 2 + 3 + 3 + 6 + 2 + 28 + 28
+FEATURE_DIM = PROPRIOCEPTION_DIM + 3 + 2 + 6 + 1 + 2 + 3 + 2 + 3 + 3 + 6 + 2 + 1 + 28 + 28
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,9 @@ class MotorPrior(nn.Module):
             self._last_residual[ids] = 0.0  # type: ignore[index]
             self._fresh[ids] = False
         reference = advance_reference(self.memory, state, intent, self.config.gait)
-        legs = leg_torques(state, reference, self.config.balance).flatten(1)
-        arms = arm_torques(state, self.memory.squeeze, self.config.balance).flatten(1)
+        load = estimate_load(state, self.memory, self.config.balance)
+        legs = leg_torques(state, reference, load, self.config.balance).flatten(1)
+        arms = arm_torques(state, self.memory.squeeze, load, self.config.balance).flatten(1)
         torque = torch.cat([arms.new_zeros(n, 6), arms, legs], -1)
         limit = body.TORQUE_LIMIT.to(torque)
         offset = torque.clamp(-limit, limit) / body.KP.to(torque)
@@ -118,7 +119,10 @@ class MotorPrior(nn.Module):
         self._last_residual = residual
         targets = step.targets + self.config.residual_scale_rad * residual
         low, high = body.JOINT_LOW.to(targets), body.JOINT_HIGH.to(targets)
-        return targets.clamp(low - 0.5, high + 0.5)
+        targets = targets.clamp(low - 0.5, high + 0.5)
+        assert self.memory is not None
+        self.memory.arm_targets = targets[:, 6:14].unflatten(-1, (2, 4))
+        return targets
 
     def _features(self, proprioception: Tensor, state: BodyState, reference: Reference) -> Tensor:
         memory = self.memory
@@ -143,6 +147,7 @@ class MotorPrior(nn.Module):
             torch.stack([memory.yaw, memory.gaze[:, 0], memory.gaze[:, 1]], -1),
             feet,
             memory.com,
+            memory.load[:, None] / 50.0,
             reference.joint_velocity,
             self._last_residual,
         ]

@@ -82,6 +82,9 @@ class ReferenceState:
     com: Tensor  # (N, 2) filtered centre of mass relative to the pelvis
     last_velocity: Tensor  # (N, 3) measured planar velocity and heading rate at the last step
     joints: Tensor  # (N, 28) last reference pose
+    load: Tensor  # (N,) estimated weight between the hands, N
+    arm_angles: Tensor  # (N, 2, 4) measured at the last step
+    arm_targets: Tensor  # (N, 2, 4) servo targets of the last step
 
     def select(self, ids: Tensor) -> ReferenceState:
         """The rows `ids` as a state of their own."""
@@ -204,6 +207,9 @@ def start_reference(state: BodyState, intent: Tensor, config: GaitConfig) -> Ref
         com=state.com[:, :2].clone(),
         last_velocity=torch.cat([state.lin_vel[:, body.PELVIS, :2], state.heading_rate[:, None]], -1),
         joints=joints,
+        load=zero.clone(),
+        arm_angles=arms.clone(),
+        arm_targets=arms.clone(),
     )
 
 
@@ -280,6 +286,13 @@ def advance_reference(ref: ReferenceState, state: BodyState, intent: Tensor, con
     )
 
 
+def loaded_com(state: BodyState, load: Tensor) -> Tensor:
+    """(N, 3) centre of mass of the robot and of what it holds, whose weight is `load` (N,) in N, between its hands."""
+    mass = (load / body.GRAVITY)[:, None]
+    held = state.pos[:, body.HANDS].mean(1)
+    return (body.TOTAL_MASS_KG * state.com + mass * held) / (body.TOTAL_MASS_KG + mass)
+
+
 def _carry_along(ref: ReferenceState, state: BodyState, config: GaitConfig, dt: float) -> None:
     """Re-expresses what is remembered in the heading frame after the robot's motion of one step."""
     now = torch.cat([state.lin_vel[:, body.PELVIS, :2], state.heading_rate[:, None]], -1)
@@ -302,7 +315,7 @@ def _carry_along(ref: ReferenceState, state: BodyState, config: GaitConfig, dt: 
     gain = 0.25 * seen.to(feet.dtype)
     ref.foot_pos = ref.foot_pos + gain[..., None] * (feet[..., :2] - ref.foot_pos)
     ref.foot_yaw = ref.foot_yaw + gain * (yaw - ref.foot_yaw)
-    ref.com = ref.com + config.com_gain * (state.com[:, :2] - ref.com)
+    ref.com = ref.com + config.com_gain * (loaded_com(state, ref.load)[:, :2] - ref.com)
 
 
 def _filter_intent(ref: ReferenceState, intent: Tensor, config: GaitConfig, dt: float) -> None:
