@@ -16,7 +16,7 @@ import sys
 import time
 from pathlib import Path
 
-TASKS = ("living_room_1", "living_room_2")
+TASKS = ("living_room_8", "living_room_3")
 TRAINING_STEPS = 60
 EVALUATION_STEPS = 240  # of an episode: 8 s, enough to see the untrained-looking student lose its balance
 

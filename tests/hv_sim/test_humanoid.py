@@ -302,7 +302,7 @@ def test_a_body_on_a_loose_object_does_not_touch_the_static_world():
     data.qpos[:35] = standing_qpos((0, 0), 0)
     data.qpos[2] += 0.5
     mujoco.mj_kinematics(model, data)
-    data.qpos[35:38] = [*data.body("right_hand").xpos, 0, -0.13, 0]
+    data.qpos[35:38] = data.body("right_hand").xpos - np.array([0, 0.13, 0])
     mujoco.mj_forward(model, data)
     assert frozenset(("right_hand", "box_0")) in touching_bodies(model, data)
     assert data.sensor("contact_right_hand").data[0] == 0
