@@ -2,6 +2,7 @@
 
 import mujoco
 import numpy as np
+import torch
 
 from hv_sim.humanoid import (
     ALL_CONAFFINITY,
@@ -11,7 +12,10 @@ from hv_sim.humanoid import (
     ROBOT_NV,
     add_humanoid,
     configure_physics,
+    standing_qpos,
 )
+from hv_sim.mujoco_physics import MujocoPhysics
+from hv_sim.observations import proprioception
 
 
 def ground_model(num_boxes: int = 0, *, physics_hz: int = 120, box_xy_m: tuple[float, float] = (1.5, 0.0)):
@@ -44,3 +48,25 @@ def random_state(
     qvel = np.zeros(model.nv)
     qvel[:ROBOT_NV] = speed * rng.normal(size=ROBOT_NV)
     return qpos, qvel
+
+
+def random_poses(num: int, seed: int, spread: float = 0.5) -> np.ndarray:
+    """(num, 35): joints anywhere within a share of their ranges, the root tilted a little."""
+    rng = np.random.default_rng(seed)
+    qpos = np.tile(standing_qpos((0.0, 0.0), 0.0), (num, 1))
+    qpos[:, 7:] = spread * rng.uniform(JOINT_RANGE_RAD[:, 0], JOINT_RANGE_RAD[:, 1], (num, 28))
+    turn = rng.normal(0, 0.15, (num, 4)) + np.array([1, 0, 0, 0])
+    qpos[:, 3:7] = turn / np.linalg.norm(turn, axis=1, keepdims=True)
+    return qpos
+
+
+def play(controller, intents, num: int, steps: int) -> tuple[MujocoPhysics, torch.Tensor]:
+    """Runs `controller` on `num` standing robots; `intents(step)` gives (num, 14). Returns physics and (num,)
+    lowest pelvis."""
+    physics = MujocoPhysics([ground_model()] * num, num_threads=1)
+    physics.reset(range(num), [standing_qpos((0.0, 0.0), 0.3 * i) for i in range(num)])
+    lowest = torch.full((num,), 9.0)
+    for step in range(steps):
+        physics.step(controller(proprioception(physics.state()), intents(step)))
+        lowest = torch.minimum(lowest, physics.state().link_pos_w[:, 0, 2])
+    return physics, lowest

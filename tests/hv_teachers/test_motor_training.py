@@ -1,0 +1,59 @@
+"""A few iterations of PPO: resumable, and what is exported is what was trained."""
+
+import csv
+from dataclasses import replace
+
+import pytest
+import torch
+
+from hv_policy.motor.prior import MotorPrior, MotorPriorConfig, load_motor_prior
+from hv_teachers.curves import plot_curve
+from hv_teachers.motor_env import MotorEnv, MotorEnvConfig
+from hv_teachers.motor_training import MotorTrainingConfig, _observations, build_ppo, export_residual, train_motor
+
+
+@pytest.fixture(scope="module")
+def config():
+    return MotorTrainingConfig(
+        samples=2 * 8 * 6,
+        steps_per_iteration=6,
+        prior=MotorPriorConfig(hidden=(16,)),
+        env=MotorEnvConfig(num_envs=8, num_threads=1),
+    )
+
+
+def rows(folder):
+    with (folder / "curve.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_training_goes_on_where_it_was(tmp_path, config):
+    weights = train_motor(config, tmp_path)
+    assert [int(r["samples"]) for r in rows(tmp_path)] == [48, 96]
+    first = load_motor_prior(weights).residual.layers[0].weight.clone()
+    train_motor(replace(config, samples=192), tmp_path)
+    assert [int(r["samples"]) for r in rows(tmp_path)] == [48, 96, 144, 192]
+    assert not torch.equal(first, load_motor_prior(weights).residual.layers[0].weight)
+    assert (tmp_path / "curve.png").stat().st_size > 1000
+    assert not list(tmp_path.glob("*.tmp*"))
+
+
+def test_the_export_is_the_actors_mean(config):
+    prior = MotorPrior(config.prior)
+    env = MotorEnv(prior, config.env, 0)
+    ppo = build_ppo(_observations(env), 8, config)
+    observations = _observations(env)
+    ppo.actor.update_normalization(observations)
+    torch.nn.init.normal_(ppo.actor.mlp[-1].weight)
+    export_residual(ppo, prior)
+    ppo.actor.eval()
+    torch.testing.assert_close(prior.residual(env.features), ppo.actor(observations), atol=1e-4, rtol=1e-4)
+
+
+def test_curves_name_an_unknown_column(tmp_path):
+    (tmp_path / "c.csv").write_text("samples,reward\n1,2\n2,3\n")
+    plot_curve(tmp_path / "c.csv", tmp_path / "c.png", ["reward"])
+    assert (tmp_path / "c.png").exists()
+    with pytest.raises(ValueError, match=r"columns: \['speed'\] are not in .*; valid: \['samples', 'reward'\]"):
+        plot_curve(tmp_path / "c.csv", tmp_path / "d.png", ["speed"])
+    assert not (tmp_path / "d.png").exists()
