@@ -48,7 +48,7 @@ def run_motor_benchmark(prior: MotorPrior, config: MotorBenchmark) -> dict[str, 
         for i, size in enumerate(sizes):
             base = MotorEnvConfig(
                 num_envs=size, randomize=False, push_m_s=0.0, auto_reset=False, physics_hz=config.physics_hz,
-                bent_share=0.0, start_shares=(1.0, 0.0, 0.0, 0.0), planner=config.planner,
+                bent_share=0.0, start_shares=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0), planner=config.planner,
             )  # fmt: skip
             seed = config.seed * 1000 + i
             totals.append(

@@ -23,6 +23,7 @@ from hv_policy.motor.reference import (
     RIGHT_HAND,
     SQUEEZE,
     VELOCITY,
+    feet_ahead,
     neutral_intent,
     standing_pose,
 )
@@ -35,6 +36,7 @@ from hv_teachers.motor_rewards import RewardConfig, motor_reward
 from hv_teachers.motor_scenes import CarryTask, LoadRange, compile_ground, draw_carry_task
 from hv_teachers.planner import Phase, PlannerConfig, PlannerView, ScriptedPlanner, reach_posture
 
+START_PHASES = (Phase.APPROACH, Phase.REACH, Phase.SQUEEZE, Phase.CARRY, Phase.ALIGN_PLACE, Phase.RELEASE)
 CRITIC_EXTRA_DIM = 3 + 3 + 3 + 3 + 1 + 3 + len(Phase) + 1
 
 
@@ -48,8 +50,8 @@ class MotorEnvConfig:
     push_interval_s: float = 6.0
     push_m_s: float = 0.6
     load: LoadRange = field(default_factory=LoadRange)
-    start_shares: tuple[float, float, float, float] = (0.3, 0.25, 0.25, 0.2)
-    """How often an episode with a load begins at the approach, the reach, the carry, the place of putting down."""
+    start_shares: tuple[float, ...] = (0.25, 0.15, 0.15, 0.15, 0.15, 0.15)
+    """How often an episode with a load begins in each of `START_PHASES`."""
     bent_share: float = 0.3
     """How often an episode without a load begins bent down."""
     auto_reset: bool = True
@@ -269,9 +271,7 @@ class MotorEnv:
         rows = torch.as_tensor(ids)
         loaded = self.has_load[rows]
         n = len(ids)
-        kind = self.rng.choice(
-            [Phase.APPROACH, Phase.REACH, Phase.CARRY, Phase.ALIGN_PLACE], n, p=self.config.start_shares
-        )
+        kind = self.rng.choice(START_PHASES, n, p=self.config.start_shares)
         kind = torch.where(loaded, torch.tensor(kind), torch.tensor(int(Phase.APPROACH)))
         holding = (kind == Phase.CARRY) | (kind == Phase.ALIGN_PLACE)
         intent = neutral_intent(n)
@@ -295,10 +295,25 @@ class MotorEnv:
             [torch.stack([0.42 + 0 * bend, s * 0.22 + 0 * bend, bend.clamp(min=0.12)], -1) for s in (-1, 1)], 1
         )
         hands = torch.where(low[:, None, None], reach, hands)
+        # bent over the box: about to squeeze it where it is, or just having put it down
+        putting, taking = kind == Phase.RELEASE, kind == Phase.SQUEEZE
+        bent = putting | taking
+        rest = torch.where(putting[:, None], self.goal_pos[rows], self.start_pos[rows])
+        stand = torch.where(putting[:, None], self.place_stand[rows], self.pick_stand[rows])
+        low_height, low_pitch = reach_posture(rest[:, 2] + grasp)
+        back = feet_ahead(low_height, low_pitch) - feet_ahead(height, pitch)
+        away = (rest[:, :2] - stand[:, :2]).norm(dim=-1) + back
+        gap = torch.where(putting, -0.012, 0.06)
+        grip = torch.stack([torch.stack([away, s * (side + 0.012 + gap), rest[:, 2] + grasp], -1) for s in (-1, 1)], 1)
+        height, pitch = torch.where(bent, low_height, height), torch.where(bent, low_pitch, pitch)
+        hands = torch.where(bent[:, None, None], grip, hands)
         joints, tilt = standing_pose(height, pitch, hands)
         joints = joints + torch.tensor(self.rng.normal(0, 0.02, joints.shape), dtype=torch.float32)
 
         place = self._start_place(kind, rows, n)
+        behind = torch.stack([stand[:, 2].cos(), stand[:, 2].sin()], -1) * back[:, None]
+        bent_place = torch.cat([stand[:, :2] - behind, stand[:, 2:]], -1)
+        place = torch.where(bent[:, None], bent_place, place)
         qpos, qvel = [], []
         noise = self.rng.normal(0, 0.05, (n, ROBOT_NQ - 1))
         for i in range(n):
@@ -324,8 +339,9 @@ class MotorEnv:
                     ]
                     box = [*(place[i, :2] + forward).tolist(), float(carry_z[i]), cy, 0, 0, sy]
                 else:
-                    turn = self.rng.uniform(-0.08, 0.08)
-                    box = [*task.start_pos, np.cos(turn / 2), 0, 0, np.sin(turn / 2)]
+                    turn = self.rng.uniform(-0.08, 0.08) if not bent[i] else 0.0
+                    turn += float(task.place_stand[2]) if putting[i] else 0.0
+                    box = [*rest[i].tolist(), np.cos(turn / 2), 0, 0, np.sin(turn / 2)]
                     box[2] += 0.001
                 q = np.concatenate([q, box])
                 v = np.concatenate([v, np.zeros(6)])
@@ -334,15 +350,15 @@ class MotorEnv:
         self.physics.reset(ids, qpos, qvel)
         self.prior.reset(rows)
         self.planner.reset(rows, kind)
-        self.waypoint_index[rows] = torch.where(kind == Phase.ALIGN_PLACE, 4, torch.where(kind == Phase.CARRY, 2, 0))
-        self.waypoint_index[rows] = torch.where(kind == Phase.REACH, 1, self.waypoint_index[rows])
+        first = {Phase.REACH: 1, Phase.SQUEEZE: 1, Phase.CARRY: 2, Phase.ALIGN_PLACE: 4, Phase.RELEASE: 4}
+        self.waypoint_index[rows] = torch.tensor([first.get(Phase(k), 0) for k in kind.tolist()])
         self.episode_step[rows] = 0
         self.idle_steps[rows] = 0
         self.command_left[rows] = torch.where(low, 45, 0)
-        bent = neutral_intent(n)
-        bent[:, HEIGHT], bent[:, PITCH] = height, pitch
-        bent[:, RIGHT_HAND], bent[:, LEFT_HAND] = hands[:, 0], hands[:, 1]
-        self.command[rows] = torch.where(low[:, None], bent, self.command[rows])
+        crouched = neutral_intent(n)
+        crouched[:, HEIGHT], crouched[:, PITCH] = height, pitch
+        crouched[:, RIGHT_HAND], crouched[:, LEFT_HAND] = hands[:, 0], hands[:, 1]
+        self.command[rows] = torch.where(low[:, None], crouched, self.command[rows])
         self.push_in[rows] = torch.tensor(
             (self.rng.uniform(0.3, 1.2, n) * self.config.push_interval_s * 30).astype(np.int64)
         )

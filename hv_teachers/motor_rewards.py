@@ -12,6 +12,7 @@ from hv_policy.motor import embodiment as body
 from hv_policy.motor.prior import MotorStep
 from hv_sim.observations import Heading
 from hv_sim.physics import PhysicsState
+from hv_teachers.planner import Phase
 
 if TYPE_CHECKING:
     from hv_teachers.motor_env import MotorEnv
@@ -65,7 +66,10 @@ def motor_reward(
     foot_error = (feet - wanted).square().sum((-1, -2))
     holding = env._holding()
     load_error = (env._object() - object_target).norm(dim=-1)
-    load = torch.where(holding, torch.exp(-6.0 * load_error), torch.ones_like(load_error) * 0.8)
+    # before it is lifted a load is left where it is, after it was let go it is left at its goal
+    rest = torch.where((env.planner.phase < Phase.LIFT)[:, None], env.start_pos, env.goal_pos)
+    disturbed = (env._object() - rest).norm(dim=-1)
+    load = torch.where(holding, torch.exp(-6.0 * load_error), 0.9 * torch.exp(-6.0 * disturbed))
     change = residual - step.features[:, -28:]
     placed = env.has_load & (env.idle_steps == 45) & (env.object_goal_distance() < 0.2)
     return {

@@ -136,6 +136,12 @@ def split_hands(intent: Tensor) -> Tensor:
     return torch.stack([intent[:, RIGHT_HAND], intent[:, LEFT_HAND]], 1)
 
 
+def feet_ahead(height: Tensor, pitch: Tensor) -> Tensor:
+    """(n,) m that the ankles stand before the pelvis when the centre of mass is over the soles (fitted by
+    kinematics)."""
+    return 0.1018 - 0.0985 * height + 0.1151 * pitch - 0.0157 * pitch**2 + 0.0019 * height * pitch
+
+
 def standing_pose(height: Tensor, pitch: Tensor, hands: Tensor) -> tuple[Tensor, Tensor]:
     """A balanced pose on two feet with the hands at given places, to begin a simulation in.
 
@@ -152,8 +158,7 @@ def standing_pose(height: Tensor, pitch: Tensor, hands: Tensor) -> tuple[Tensor,
     pelvis_rot, torso_rot = rotation_y(lean), rotation_y(pitch)
     pelvis = torch.stack([zero, zero, height], -1)
     torso = pelvis + pelvis_rot[:, :, 2] * body.TORSO_OFFSET_M[2]
-    # the pelvis goes back as the body bends, so that the centre of mass stays over the soles (fitted by kinematics)
-    ahead = 0.1018 - 0.0985 * height + 0.1151 * pitch - 0.0157 * pitch**2 + 0.0019 * height * pitch
+    ahead = feet_ahead(height, pitch)
     sign = side_sign(height)
     feet = torch.stack(
         [ahead[:, None].expand(n, 2), 0.095 * sign.expand(n, 2), torch.full((n, 2), body.ANKLE_HEIGHT_M)], -1

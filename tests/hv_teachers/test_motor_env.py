@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from hv_policy.motor.prior import FEATURE_DIM, MotorPrior
-from hv_teachers.motor_env import CRITIC_EXTRA_DIM, MotorEnv, MotorEnvConfig, draw_intents
+from hv_teachers.motor_env import CRITIC_EXTRA_DIM, START_PHASES, MotorEnv, MotorEnvConfig, draw_intents
 from hv_teachers.motor_scenes import LoadRange, draw_carry_task
 from hv_teachers.planner import Phase
 
@@ -52,7 +52,7 @@ def test_a_toppled_robot_ends_its_episode():
 
 @pytest.mark.parametrize("phase", [Phase.CARRY, Phase.ALIGN_PLACE])
 def test_an_episode_may_begin_with_the_box_in_the_hands(phase):
-    shares = tuple(float(p == phase) for p in (Phase.APPROACH, Phase.REACH, Phase.CARRY, Phase.ALIGN_PLACE))
+    shares = tuple(float(p == phase) for p in START_PHASES)
     load = LoadRange(mass_kg=(1.0, 2.0), width_m=(0.3, 0.35), depth_m=(0.25, 0.3), height_m=(0.25, 0.3))
     env = make(4, load_share=1.0, start_shares=shares, push_m_s=0.0, auto_reset=False, load=load, randomize=False)
     assert (env.planner.phase == phase).all()
@@ -60,6 +60,18 @@ def test_an_episode_may_begin_with_the_box_in_the_hands(phase):
         env.step(torch.zeros(6, 28))
     height = env.physics.state().object_pos_w[:, 0, 2]
     assert (height > env.start_pos[:, 2] + 0.05).float().mean() > 0.8, "most still hold it after .8 s"
+
+
+def test_an_episode_may_begin_bent_over_the_box_that_was_just_put_down():
+    shares = tuple(float(p == Phase.RELEASE) for p in START_PHASES)
+    env = make(5, load_share=1.0, start_shares=shares, push_m_s=0.0, auto_reset=False, randomize=False)
+    assert (env.object_goal_distance() < 0.01).all()
+    for _ in range(30):
+        env.step(torch.zeros(6, 28))
+    state = env.physics.state()
+    assert (env.planner.phase >= Phase.RETREAT).all()
+    assert (state.link_pos_w[:, 0, 2] > 0.35).float().mean() > 0.8
+    assert (env.object_goal_distance() < 0.1).float().mean() > 0.6
 
 
 def test_draws_keep_to_their_ranges():
