@@ -33,8 +33,8 @@ test: venv
 test-slow: venv
 	@OMP_NUM_THREADS=$${OMP_NUM_THREADS:-2} $(PYTHON) -m pytest
 
-clean:
-	rm -rf outputs build .pytest_cache .mypy_cache .ruff_cache *.egg-info
+clean:  # what was built; datasets and trainings in outputs/ are the user's
+	rm -rf build .pytest_cache .mypy_cache .ruff_cache *.egg-info
 	find . -path ./.venv -prune -o -name __pycache__ -type d -print0 | xargs -0 rm -rf
 
 distclean: clean

@@ -15,6 +15,9 @@ import sys
 from collections.abc import Callable
 
 _LIBRARIES = {"egl": ("EGL", "libEGL.so.1"), "osmesa": ("OSMesa", "libOSMesa.so.8", "libOSMesa.so.6")}
+_DISABLED = ("disable", "disabled", "off", "false", "0")
+_WINDOWED = ("glfw", "glx", "wgl", "cgl", "on", "true", "1")
+_REFUSED = "HV_REFUSED_MUJOCO_GL"
 _PACKAGES = {"egl": "libegl1", "osmesa": "libosmesa6"}
 
 
@@ -55,6 +58,11 @@ def select_gl_backend(loads: Callable[[str], bool] = library_loads) -> str:
         if not loads(asked):
             os.environ["MUJOCO_GL"] = "disable"
         return os.environ["MUJOCO_GL"]
+    if asked and asked not in _WINDOWED + _DISABLED:
+        # MuJoCo would refuse to be imported; say it in one line when something is to be drawn
+        os.environ["MUJOCO_GL"] = "disable"
+        os.environ[_REFUSED] = asked
+        return "disable"
     if asked or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         return asked
     has_device = bool(glob.glob("/dev/nvidia[0-9]*") or glob.glob("/dev/dri/renderD*"))
@@ -70,7 +78,10 @@ def require_gl(loads: Callable[[str], bool] = library_loads) -> None:
         GLError: nothing can render off screen here.
     """
     backend = os.environ.get("MUJOCO_GL", "").lower().strip()
-    if backend in ("disable", "disabled", "off", "false", "0") or (backend in _LIBRARIES and not loads(backend)):
+    refused = os.environ.get(_REFUSED)
+    if refused and backend in _DISABLED:
+        raise GLError(f"MUJOCO_GL: {refused!r} is not valid; valid: egl, osmesa, glfw, disable")
+    if backend in _DISABLED or (backend in _LIBRARIES and not loads(backend)):
         raise GLError(_missing_library_line())
     if backend not in _LIBRARIES:
         return

@@ -31,13 +31,17 @@ _STATE_DIM, _NUM_JOINTS, _NUM_INTENTS = 223, 28, 14
 _IMAGE_KEY = f"{OBS_IMAGES}.head"
 
 
+class EnvConfigError(ValueError):
+    """A field of the environment's configuration is out of its range; the message is one line that names it."""
+
+
 @EnvConfig.register_subclass("hv_sim")
 @dataclass
 class HvSimEnvConfig(EnvConfig):
     """Configuration of `hv_sim/Rearrange-v0` for LeRobot.
 
     Raises:
-        ValueError: a field is out of its range; the message names it.
+        EnvConfigError: a field is out of its range; the message names it.
     """
 
     task: str | None = "living_room"
@@ -64,17 +68,17 @@ class HvSimEnvConfig(EnvConfig):
 
     def __post_init__(self) -> None:
         if not self.task:
-            raise ValueError("env.task: empty; valid: a task name, a prefix of task names or a task file")
+            raise EnvConfigError("env.task: empty; valid: a task name, a prefix of task names or a task file")
         if self.fps != 30:
-            raise ValueError(f"env.fps: {self.fps} is not valid; valid: 30")
+            raise EnvConfigError(f"env.fps: {self.fps} is not valid; valid: 30")
         for name in ("observation_height", "observation_width", "episode_length"):
             value = getattr(self, name)
             if value is not None and value < 1:
-                raise ValueError(f"env.{name}: {value} is not valid; valid: an integer >= 1")
+                raise EnvConfigError(f"env.{name}: {value} is not valid; valid: an integer >= 1")
         if self.control_mode not in ("joint", "intent"):
-            raise ValueError(f"env.control_mode: {self.control_mode!r} is not valid; valid: joint, intent")
+            raise EnvConfigError(f"env.control_mode: {self.control_mode!r} is not valid; valid: joint, intent")
         if self.control_mode == "intent" and not self.controller:
-            raise ValueError(
+            raise EnvConfigError(
                 "env.controller: missing; control_mode=intent needs `module:function` that builds a controller"
             )
         num_actions = _NUM_JOINTS if self.control_mode == "joint" else _NUM_INTENTS
@@ -114,15 +118,18 @@ class HvSimEnvConfig(EnvConfig):
         at the end of their episode and reset at the next step's turn (NEXT_STEP), as LeRobot's rollout expects.
 
         Raises:
-            ValueError: `n_envs` is below 1, or a task id does not exist.
+            EnvConfigError: `n_envs` is below 1, or a task id does not exist.
             hv_sim.task.TaskError: a task is unknown or invalid.
+            hv_sim.gl_backend.GLError: nothing can render here; said before LeRobot makes its output folders.
         """
         from lerobot.envs.utils import _LazyAsyncVectorEnv
 
+        from hv_sim.gl_backend import require_gl
         from hv_sim.task import resolve_tasks
 
         if n_envs < 1:
-            raise ValueError(f"n_envs: {n_envs} is not valid; valid: an integer >= 1")
+            raise EnvConfigError(f"n_envs: {n_envs} is not valid; valid: an integer >= 1")
+        require_gl()
         envs: dict[str, dict[int, Any]] = {}
         for name in (part.strip() for part in str(self.task).split(",")):
             if not name:
@@ -146,7 +153,7 @@ class HvSimEnvConfig(EnvConfig):
             return list(range(num_tasks))
         for task_id in self.task_ids:
             if not 0 <= task_id < num_tasks:
-                raise ValueError(f"env.task_ids: {task_id} does not exist; valid: 0 to {num_tasks - 1}")
+                raise EnvConfigError(f"env.task_ids: {task_id} does not exist; valid: 0 to {num_tasks - 1}")
         return sorted(set(self.task_ids))
 
 
@@ -178,7 +185,7 @@ def load_controller(name: str) -> Any:
     try:
         return getattr(importlib.import_module(module_name), function)()
     except (ImportError, AttributeError, ValueError) as error:
-        raise ValueError(f"env.controller: {name!r} cannot be built ({error}); valid: module:function") from error
+        raise EnvConfigError(f"env.controller: {name!r} cannot be built ({error}); valid: module:function") from error
 
 
 def _make_env(task: dict[str, Any], controller: str | None, gym_kwargs: dict[str, Any]) -> RearrangeEnv:

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.kinematics import rotate_xy
-from hv_policy.motor.prior import FEATURE_DIM, MotorPrior, MotorStep
+from hv_policy.motor.prior import MotorPrior, MotorStep
 from hv_policy.motor.reference import (
     GAZE,
     HEIGHT,
@@ -22,7 +22,6 @@ from hv_policy.motor.reference import (
     PITCH,
     RIGHT_HAND,
     SQUEEZE,
-    VELOCITY,
     feet_ahead,
     neutral_intent,
     standing_pose,
@@ -124,7 +123,6 @@ class MotorEnv:
         finished = self.has_load & (self.planner.phase == Phase.IDLE) & (self.idle_steps > 60)
         timed_out = (done | finished) & ~failed
         ended = failed | timed_out
-        self.last_phase = self.planner.phase.clone()
         if ended.any() and self.config.auto_reset:
             self._reset(ended.nonzero()[:, 0].numpy())
         self._look()
@@ -420,6 +418,3 @@ def draw_intents(rng: np.random.Generator, n: int) -> Tensor:
     intent[:, SQUEEZE] = 0.0
     intent[:, GAZE] = np.stack([0.7 * u[:, 5], 0.3 + 0.4 * u[:, 6]], -1)
     return torch.tensor(intent, dtype=torch.float32)
-
-
-__all__ = ["FEATURE_DIM", "VELOCITY", "MotorEnv", "MotorEnvConfig", "draw_intents"]

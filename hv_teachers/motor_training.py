@@ -6,7 +6,7 @@ import csv
 import os
 import time
 from contextlib import redirect_stdout
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -228,8 +228,3 @@ class _Curve:
             writer.writeheader()
             writer.writerows(rows)
         temporary.replace(self.path)
-
-
-def describe(config: MotorTrainingConfig) -> dict:
-    """The configuration as plain values, for the record."""
-    return asdict(config)

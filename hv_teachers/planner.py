@@ -1,9 +1,9 @@
 """The scripted planner: from the privileged state to intents, for every environment at once.
 
 approach -> align -> reach -> squeeze -> lift -> carry -> align at the goal -> lower -> release -> retreat -> idle.
-Which
-phase comes next is decided by the state (where the object, the hands and the robot are), so it can also tell what to do
-from a state that it did not bring about: an object that slipped away is approached again.
+Where the object, the hands and the robot are decides what comes next; only pressing, raising, letting go and giving up
+take their time by the clock. So it can also tell what to do from a state that it did not bring about: an object that
+slipped away, or was put down in the wrong place, is approached again.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 
@@ -13,6 +14,9 @@ def main() -> int:
     parser.add_argument("--num-envs", type=int, default=512)
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
+    if args.samples < 1 or args.num_envs < 1:
+        print(f"error: --samples, --num-envs: {args.samples:g}, {args.num_envs}; valid: both >= 1", file=sys.stderr)
+        return 2
     from hv_teachers.motor_env import MotorEnvConfig
     from hv_teachers.motor_training import MotorTrainingConfig, train_motor
 

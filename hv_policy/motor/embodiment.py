@@ -25,8 +25,6 @@ PELVIS, TORSO, HEAD = 0, 1, 2
 UPPER_ARMS, LOWER_ARMS, HANDS = [3, 6], [4, 7], [5, 8]
 THIGHS, SHINS, FEET = [9, 12], [10, 13], [11, 14]
 
-ABDOMEN = slice(0, 3)
-NECK = slice(3, 6)
 ARM_JOINTS = [[6, 7, 8, 9], [10, 11, 12, 13]]
 LEG_JOINTS = [[14, 15, 16, 17, 18, 19, 20], [21, 22, 23, 24, 25, 26, 27]]
 
@@ -78,4 +76,3 @@ JOINT_LOW, JOINT_HIGH = torch.tensor(
 # joint order reflected in the sagittal plane, and the sign that each reflected joint takes
 MIRROR_JOINTS = torch.tensor([0, 1, 2, 3, 4, 5, 10, 11, 12, 13, 6, 7, 8, 9, *range(21, 28), *range(14, 21)])
 MIRROR_JOINT_SIGN = torch.tensor([-1.0, 1, -1, -1, 1, -1] + [-1.0, 1, -1, 1] * 2 + [-1.0, 1, -1, 1, -1, 1, -1] * 2)
-MIRROR_BODIES = torch.tensor([0, 1, 2, 6, 7, 8, 3, 4, 5, 12, 13, 14, 9, 10, 11])

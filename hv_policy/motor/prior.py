@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 
 import torch
-from safetensors import safe_open
+from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
 
@@ -178,18 +178,24 @@ def load_motor_prior(path: Path) -> MotorPrior:
     Raises:
         ValueError: the file is not a motor prior, or its weights do not fit its configuration.
     """
-    with safe_open(str(path), framework="pt") as file:
-        header = file.metadata() or {}
-        if header.get("format") != "hv_motor_prior/1":
-            raise ValueError(f"{path}: format is {header.get('format')!r}; valid: 'hv_motor_prior/1'")
-        weights = {k: file.get_tensor(k) for k in file.keys()}
-    values = json.loads(header["config"])
-    config = MotorPriorConfig(
-        hidden=tuple(values["hidden"]),
-        residual_scale_rad=values["residual_scale_rad"],
-        gait=GaitConfig(**{**values["gait"], "max_acceleration": tuple(values["gait"]["max_acceleration"])}),
-        balance=BalanceConfig(**values["balance"]),
-    )
+    try:
+        with safe_open(str(path), framework="pt") as file:
+            header = file.metadata() or {}
+            weights = {k: file.get_tensor(k) for k in file.keys()}
+    except (OSError, SafetensorError) as error:
+        raise ValueError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+    if header.get("format") != "hv_motor_prior/1":
+        raise ValueError(f"{path}: format is {header.get('format')!r}; valid: 'hv_motor_prior/1'")
+    try:
+        values = json.loads(header["config"])
+        config = MotorPriorConfig(
+            hidden=tuple(values["hidden"]),
+            residual_scale_rad=values["residual_scale_rad"],
+            gait=GaitConfig(**{**values["gait"], "max_acceleration": tuple(values["gait"]["max_acceleration"])}),
+            balance=BalanceConfig(**values["balance"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path}: its configuration is of another version: {error}") from error
     prior = MotorPrior(config)
     expected = {k: tuple(v.shape) for k, v in prior.state_dict().items()}
     found = {k: tuple(v.shape) for k, v in weights.items()}
