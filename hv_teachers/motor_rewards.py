@@ -78,7 +78,7 @@ def motor_reward(
         "yaw_rate": weight.yaw_rate * torch.exp(-1.5 * turn.square()),
         "posture": weight.posture * 0.5 * (torch.exp(-200.0 * height.square()) + torch.exp(-10.0 * pitch.square())),
         "orientation": weight.orientation * torch.exp(-12.0 * lean),
-        "hands": weight.hands * torch.exp(-10.0 * hand_error).mean(-1),
+        "hands": weight.hands * torch.exp(-20.0 * hand_error).mean(-1),
         "feet": weight.feet * torch.exp(-25.0 * foot_error),
         "load": weight.load * load * env.has_load,
         "residual": -weight.residual * residual.square().sum(-1),

@@ -25,13 +25,17 @@ class MotorPriorConfig:
     """Sizes of the residual network and the parameters of what it corrects."""
 
     hidden: tuple[int, ...] = (256, 256)
-    residual_scale_rad: float = 0.3
+    leg_residual_rad: float = 0.3
+    trunk_residual_rad: float = 0.15
+    arm_residual_rad: float = 0.05
+    """How far one unit of the network's output moves a servo target. The arms are left to their inverse kinematics:
+    with .3 rad on every joint the hands lost their millimetres and the boxes with them."""
     gait: GaitConfig = field(default_factory=GaitConfig)
     balance: BalanceConfig = field(default_factory=BalanceConfig)
 
 
 class ResidualNetwork(nn.Module):
-    """Normalised features -> 28 residuals in units of `residual_scale_rad`. Starts at zero."""
+    """Normalised features -> 28 residuals in units of the configuration's. Starts at zero."""
 
     def __init__(self, hidden: tuple[int, ...]) -> None:
         super().__init__()
@@ -71,6 +75,8 @@ class MotorPrior(nn.Module):
         super().__init__()
         self.config = config or MotorPriorConfig()
         self.residual = ResidualNetwork(self.config.hidden)
+        trunk, arm, leg = self.config.trunk_residual_rad, self.config.arm_residual_rad, self.config.leg_residual_rad
+        self._residual_scale = torch.tensor([trunk] * 3 + [0.0] * 3 + [arm] * 8 + [leg] * 14)
         self.memory: ReferenceState | None = None
         self._last_residual: Tensor | None = None
         self._fresh: Tensor | None = None
@@ -117,7 +123,7 @@ class MotorPrior(nn.Module):
         """(N, 28) network output, in units of the residual's scale -> (N, 28) servo targets in rad."""
         residual = residual.clamp(-3.0, 3.0)
         self._last_residual = residual
-        targets = step.targets + self.config.residual_scale_rad * residual
+        targets = step.targets + self._residual_scale.to(residual) * residual
         low, high = body.JOINT_LOW.to(targets), body.JOINT_HIGH.to(targets)
         targets = targets.clamp(low - 0.5, high + 0.5)
         assert self.memory is not None
@@ -190,7 +196,9 @@ def load_motor_prior(path: Path) -> MotorPrior:
         values = json.loads(header["config"])
         config = MotorPriorConfig(
             hidden=tuple(values["hidden"]),
-            residual_scale_rad=values["residual_scale_rad"],
+            leg_residual_rad=values["leg_residual_rad"],
+            trunk_residual_rad=values["trunk_residual_rad"],
+            arm_residual_rad=values["arm_residual_rad"],
             gait=GaitConfig(**{**values["gait"], "max_acceleration": tuple(values["gait"]["max_acceleration"])}),
             balance=BalanceConfig(**values["balance"]),
         )

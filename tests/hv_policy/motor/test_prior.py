@@ -70,7 +70,7 @@ def test_reset_touches_only_its_rows():
 
 
 def test_saved_and_loaded_gives_the_same_targets(tmp_path):
-    prior = MotorPrior(MotorPriorConfig(hidden=(32, 16), residual_scale_rad=0.2))
+    prior = MotorPrior(MotorPriorConfig(hidden=(32, 16), leg_residual_rad=0.2))
     torch.nn.init.normal_(prior.residual.layers[-1].weight, std=0.1)
     save_motor_prior(prior, tmp_path / "p.safetensors", {"seed": "3"})
     loaded = load_motor_prior(tmp_path / "p.safetensors")
