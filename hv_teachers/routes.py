@@ -1,0 +1,83 @@
+"""What the planner and the teachers look at: the routes that a world's robots follow, as batched tensors."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from hv_policy.motor import embodiment as body
+from hv_sim.observations import Heading
+from hv_sim.world import RearrangeWorld
+from hv_teachers.planner import PlannerView
+
+
+class RouteViews:
+    """Keeps, for every environment, the stands, the grasp and the ends of the route that its navigator follows."""
+
+    def __init__(self, num_envs: int) -> None:
+        self.num_envs = num_envs
+        self._rows = torch.arange(num_envs)
+        self._routes: list[object | None] = [None] * num_envs
+        self.pick_stand = torch.zeros(num_envs, 3)
+        """(N, 3) x, y, yaw where to stand when picking the object up; world frame."""
+        self.place_stand = torch.zeros(num_envs, 3)
+        """(N, 3) the same for putting it down."""
+        self.grasp_o = torch.zeros(num_envs, 2, 3)
+        """(N, 2, 3) where the right and the left hand should touch the object, in its frame."""
+        self.depth_m = torch.zeros(num_envs)
+        """(N,) the object's extent along the robot's view."""
+        self._last = torch.zeros(num_envs, 2, dtype=torch.long)
+
+    def reset(self, ids: Tensor) -> None:
+        """Forgets the routes of environments `ids`, so that the next `follow` finds them new."""
+        for i in ids.tolist():
+            self._routes[i] = None
+
+    def follow(self, world: RearrangeWorld) -> Tensor:
+        """Takes over what was planned since the last call; returns the ids (n,) of environments with a new route."""
+        changed = []
+        for i, route in enumerate(world.navigator.routes):
+            if route is self._routes[i] or route is None:
+                continue
+            self._routes[i] = route
+            changed.append(i)
+            self.pick_stand[i] = torch.as_tensor(route.pick_stand_xy_yaw, dtype=torch.float32)
+            self.place_stand[i] = torch.as_tensor(route.place_stand_xy_yaw, dtype=torch.float32)
+            scene, index = world.scenes[i], int(world.object_index[i])
+            left_right = torch.as_tensor(np.asarray(scene.grasps_o[index, route.grasp_index]), dtype=torch.float32)
+            self.grasp_o[i] = left_right.flip(0)
+            half = scene.half_extents_m[index]
+            self.depth_m[i] = 2.0 * float(half[route.grasp_index % 2])
+            to_object = len(route.waypoints_to_object)
+            self._last[i, 0], self._last[i, 1] = to_object - 1, to_object + len(route.waypoints_to_goal) - 1
+        return torch.tensor(changed, dtype=torch.long)
+
+    def view(self, world: RearrangeWorld, heading: Heading | None = None) -> PlannerView:
+        """What there is to see now."""
+        heading = Heading.of(world.state) if heading is None else heading
+        state, rows = world.state, self._rows
+        index = world.object_index
+        position, rotation = state.object_pos_w[rows, index], state.object_rot_w[rows, index]
+        grasp = (rotation[:, None] @ self.grasp_o[..., None])[..., 0] + position[:, None]
+        waypoint_index = world.navigator.waypoint_index
+        return PlannerView(
+            root_xy=state.link_pos_w[:, 0, :2],
+            root_yaw=torch.atan2(heading.sin, heading.cos),
+            hands=state.link_pos_w[:, body.HANDS],
+            object_pos=position,
+            grasp=grasp,
+            depth_m=self.depth_m,
+            goal_pos=world.goal_pos_w[rows, world.subtask_index],
+            pick_stand=self.pick_stand,
+            place_stand=self.place_stand,
+            waypoint=world.navigator.current_waypoint[:, :2],
+            waypoint_is_last=(waypoint_index[:, None] == self._last).any(-1),
+        )
+
+
+def replan_routes(world: RearrangeWorld, ids: Tensor) -> None:
+    """Plans the routes of environments `ids` (n,) anew, from where robot and objects now are."""
+    if len(ids):
+        state = world.state
+        world.navigator.plan(ids, world.subtask_index, state.link_pos_w[:, 0], state.object_pos_w, state.object_rot_w)
