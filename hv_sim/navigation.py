@@ -289,6 +289,11 @@ class Navigator:
             self.waypoint_index = self.waypoint_index + onward.long()
 
     @property
+    def leg_is_done(self) -> Tensor:
+        """(N,) bool: the current waypoint is the last one to the object, or to the goal once it was picked up."""
+        return self.waypoint_index >= torch.where(self.picked_up, self._last, self._last_to_object)
+
+    @property
     def current_waypoint(self) -> Tensor:
         """(N, 3) where to walk next, on the floor, world frame."""
         return torch.cat([self._current_xy(), torch.zeros(self.num_envs, 1)], dim=-1)
