@@ -88,7 +88,7 @@ def surface_points(bps: Tensor, half_extents: Tensor) -> Tensor:
 
     A basis point set has lost the size; the half-extents (N, 3) give it back, because some point lies on each face.
     """
-    unit = bps + torch.as_tensor(BASIS_POINTS, dtype=bps.dtype, device=bps.device)
+    unit = bps + torch.tensor(BASIS_POINTS, dtype=bps.dtype, device=bps.device)
     reach = unit.abs().amax(1).clamp(min=1e-6)
     scale = (half_extents / reach).amin(-1)
     return unit * scale[:, None, None]
