@@ -47,7 +47,7 @@ def run_motor_benchmark(prior: MotorPrior, config: MotorBenchmark) -> dict[str, 
     with tqdm(total=steps, desc="motor benchmark", unit="step", mininterval=2) as bar:
         for i, size in enumerate(sizes):
             base = MotorEnvConfig(
-                num_envs=size, randomize=False, push_m_s=0.0, auto_reset=False, physics_hz=config.physics_hz,
+                num_envs=size, randomize=False, push_n_s=0.0, auto_reset=False, physics_hz=config.physics_hz,
                 bent_share=0.0, start_shares=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0), planner=config.planner,
             )  # fmt: skip
             seed = config.seed * 1000 + i
@@ -152,7 +152,7 @@ def _push(env: MotorEnv, seed: int, bar: tqdm) -> dict[str, Tensor]:
         due = np.nonzero(when == step)[0]
         if len(due):
             impulse = PUSH_N_S * np.stack([np.cos(angle[due]), np.sin(angle[due]), 0 * angle[due]], -1)
-            env.physics.apply_impulse(due, body.BODY_NAMES.index("torso"), impulse)
+            env.shove(due, impulse)
         _advance(env)
         bar.update()
         fallen |= is_fallen(env.physics.state())

@@ -26,17 +26,28 @@ from hv_policy.motor.reference import (
     neutral_intent,
     standing_pose,
 )
+from hv_policy.motor.symmetry import POLAR, Reflection
 from hv_sim.humanoid import ROBOT_NQ
 from hv_sim.metrics import is_fallen
 from hv_sim.mujoco_physics import MujocoPhysics
 from hv_sim.observations import Heading, proprioception
 from hv_sim.physics import PhysicsState
 from hv_teachers.motor_rewards import RewardConfig, motor_reward
-from hv_teachers.motor_scenes import CarryTask, LoadRange, compile_ground, draw_carry_task
-from hv_teachers.planner import Phase, PlannerConfig, PlannerView, ScriptedPlanner, reach_posture
+from hv_teachers.motor_scenes import BEHIND_M, CarryTask, LoadRange, compile_ground, draw_carry_task
+from hv_teachers.planner import Phase, PlannerConfig, PlannerView, ScriptedPlanner
+from hv_teachers.postures import reach_posture
 
+SHOVE_STEPS = 3
+"""Control steps that a push lasts: .1 s."""
 START_PHASES = (Phase.APPROACH, Phase.REACH, Phase.SQUEEZE, Phase.CARRY, Phase.ALIGN_PLACE, Phase.RELEASE)
-CRITIC_EXTRA_DIM = 3 + 3 + 3 + 3 + 1 + 3 + len(Phase) + 1
+CRITIC_EXTRA = (
+    Reflection()
+    .swapped(3, POLAR)  # object, its velocity, its target
+    .signs(1.0, 1.0, 1.0, 1.0)  # size and mass
+    .signs(*POLAR)  # velocity of the pelvis
+    .signs(*[1.0] * (len(Phase) + 1))
+)
+"""What only the critic sees, and how it looks in a mirror."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +57,8 @@ class MotorEnvConfig:
     num_envs: int = 512
     load_share: float = 0.5
     episode_s: float = 16.0
-    push_interval_s: float = 6.0
-    push_m_s: float = 0.6
+    push_interval_s: float = 5.0
+    push_n_s: float = 38.0
     load: LoadRange = field(default_factory=LoadRange)
     start_shares: tuple[float, ...] = (0.25, 0.15, 0.15, 0.15, 0.15, 0.15)
     """How often an episode with a load begins in each of `START_PHASES`."""
@@ -90,6 +101,7 @@ class MotorEnv:
         self.command_left = torch.zeros(n, dtype=torch.long)
         self.waypoint_index = torch.zeros(n, dtype=torch.long)
         self.push_in = torch.zeros(n, dtype=torch.long)
+        self._shove, self._shove_left = np.zeros((n, 3)), np.zeros(n, dtype=np.int64)
         self.idle_steps = torch.zeros(n, dtype=torch.long)
         self.dropped = torch.zeros(n, dtype=torch.bool)
         self._reset(np.arange(n))
@@ -103,7 +115,7 @@ class MotorEnv:
         return self.motor_step.features
 
     def critic_features(self) -> Tensor:
-        """(N, FEATURE_DIM + CRITIC_EXTRA_DIM): with the load, its goal and the planner's phase."""
+        """(N, FEATURE_DIM + len(CRITIC_EXTRA)): with the load, its goal and the planner's phase."""
         return torch.cat([self.motor_step.features, self._critic_extra], -1)
 
     def step(self, residual: Tensor) -> tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]:
@@ -146,7 +158,7 @@ class MotorEnv:
         self.pick_stand, self.place_stand = stack("pick_stand", 3), stack("place_stand", 3)
 
         def behind(stand: Tensor) -> Tensor:
-            return stand[:, :2] - 0.5 * torch.stack([stand[:, 2].cos(), stand[:, 2].sin()], -1)
+            return stand[:, :2] - BEHIND_M * torch.stack([stand[:, 2].cos(), stand[:, 2].sin()], -1)
 
         to_object = [behind(self.pick_stand), self.pick_stand[:, :2]]
         to_goal = [behind(self.pick_stand), behind(self.place_stand), self.place_stand[:, :2]]
@@ -186,6 +198,7 @@ class MotorEnv:
         return PlannerView(
             root_xy=root,
             root_yaw=torch.atan2(heading.sin, heading.cos),
+            feet_xy=state.link_pos_w[:, body.FEET, :2].mean(1),
             hands=state.link_pos_w[:, body.HANDS],
             object_pos=self._object(),
             grasp=grasp,
@@ -213,7 +226,7 @@ class MotorEnv:
         target = heading.relative(self.planner.object_target) * self.has_load[:, None]
         phase = torch.nn.functional.one_hot(self.planner.phase, len(Phase)).float() * self.has_load[:, None]
         root = heading.rotate(self._state.link_lin_vel_w[:, 0])
-        self._critic_extra = torch.cat(
+        extra = torch.cat(
             [
                 relative,
                 velocity,
@@ -226,6 +239,7 @@ class MotorEnv:
             ],
             -1,
         )
+        self._critic_extra = CRITIC_EXTRA.where(self.motor_step.mirrored, extra)
 
     def _failed(self, step: MotorStep, object_target: Tensor) -> Tensor:
         state = self._state
@@ -243,19 +257,26 @@ class MotorEnv:
         phase = self.planner.phase
         return self.has_load & (phase >= Phase.LIFT) & (phase <= Phase.LOWER)
 
+    def shove(self, ids: np.ndarray, impulse_n_s: np.ndarray) -> None:
+        """Pushes the torsos of environments `ids` (n,) with (n, 3) world impulses, spread over `SHOVE_STEPS` steps."""
+        self._shove[ids] = impulse_n_s / SHOVE_STEPS
+        self._shove_left[ids] = SHOVE_STEPS
+
     def _push(self) -> None:
-        if self.config.push_m_s <= 0:
-            return
-        self.push_in -= 1
-        due = (self.push_in <= 0).nonzero()[:, 0].numpy()
-        if len(due):
+        if self.config.push_n_s > 0:
+            self.push_in -= 1
+            due = (self.push_in <= 0).nonzero()[:, 0].numpy()
             angle = self.rng.uniform(-np.pi, np.pi, len(due))
-            speed = self.rng.uniform(0.1, self.config.push_m_s, len(due))
             # a robot that holds something is pushed gently
-            speed = speed * np.where(self._holding()[due].numpy(), 0.4, 1.0)
-            self.physics.push(due, np.stack([speed * np.cos(angle), speed * np.sin(angle), 0 * angle], -1))
+            most = self.config.push_n_s * np.where(self._holding()[due].numpy(), 0.4, 1.0)
+            impulse = self.rng.uniform(0.1, 1.0, len(due)) * most
+            self.shove(due, impulse[:, None] * np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1))
             steps = self.rng.uniform(0.5, 1.5, len(due)) * self.config.push_interval_s * 30
             self.push_in[due] = torch.tensor(steps.astype(np.int64))
+        shoved = np.nonzero(self._shove_left > 0)[0]
+        if len(shoved):
+            self.physics.apply_impulse(shoved, body.TORSO, self._shove[shoved])
+            self._shove_left[shoved] -= 1
 
     def _draw_commands(self) -> None:
         self.command_left -= 1
@@ -350,6 +371,7 @@ class MotorEnv:
         self.planner.reset(rows, kind)
         first = {Phase.REACH: 1, Phase.SQUEEZE: 1, Phase.CARRY: 2, Phase.ALIGN_PLACE: 4, Phase.RELEASE: 4}
         self.waypoint_index[rows] = torch.tensor([first.get(Phase(k), 0) for k in kind.tolist()])
+        self._shove_left[ids] = 0
         self.episode_step[rows] = 0
         self.idle_steps[rows] = 0
         self.command_left[rows] = torch.where(low, 45, 0)

@@ -77,7 +77,7 @@ def motor_reward(
         "velocity": weight.velocity * torch.exp(-6.0 * planar),
         "yaw_rate": weight.yaw_rate * torch.exp(-1.5 * turn.square()),
         "posture": weight.posture * 0.5 * (torch.exp(-200.0 * height.square()) + torch.exp(-10.0 * pitch.square())),
-        "orientation": weight.orientation * torch.exp(-12.0 * lean),
+        "orientation": weight.orientation * torch.exp(-12.0 * lean - 8.0 * memory.yaw.square()),
         "hands": weight.hands * torch.exp(-20.0 * hand_error).mean(-1),
         "feet": weight.feet * torch.exp(-25.0 * foot_error),
         "load": weight.load * load * env.has_load,

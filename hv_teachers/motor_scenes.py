@@ -19,6 +19,14 @@ from hv_sim.humanoid import (
 )
 from hv_sim.navigation import stand_distance_m
 
+TABLE_HALF_M = (0.3, 0.5)
+"""Half depth and half width of a support."""
+TABLE_AHEAD_M = 0.14
+"""How far the middle of a support lies beyond the object's place, which is near the edge, seen from the stand."""
+BEHIND_M = 0.5
+PASSING_M = 0.55
+"""Clearance of a robot's middle that carries a box past a table."""
+
 
 @dataclass(frozen=True)
 class LoadRange:
@@ -58,23 +66,40 @@ def draw_carry_task(rng: np.random.Generator, load: LoadRange) -> CarryTask:
     supports = tuple(0.0 if rng.random() < load.floor_share else rng.uniform(*load.support_m) for _ in range(2))
     stands = [stand_distance_m(depth, s) for s in supports]
     pick = np.array([-stands[0], 0.0, 0.0])
-    for _ in range(100):
+    while True:
         bearing = rng.uniform(0.35 * np.pi, 1.65 * np.pi)
         far = rng.uniform(*load.walk_m)
         place = np.array([pick[0] + far * np.cos(bearing), far * np.sin(bearing), rng.uniform(-1, 1) * load.turn_rad])
         goal = place[:2] + stands[1] * np.array([np.cos(place[2]), np.sin(place[2])])
-        if min(np.linalg.norm(goal), np.linalg.norm(place[:2])) > 1.0 and np.linalg.norm(goal - pick[:2]) > 0.9:
+        tables = [t for t, s in zip(((0.0, 0.0, 0.0), (*goal, place[2])), supports, strict=True) if s > 0]
+        if np.linalg.norm(goal) > 1.0 and np.linalg.norm(goal - pick[:2]) > 0.9 and _way_is_free(pick, place, tables):
             break
     return CarryTask(
         half_extents_m=np.array([depth, width, height]) / 2,
         mass_kg=float(mass),
-        grasp_height_m=float(rng.uniform(0.0, 0.2) * height),
+        grasp_height_m=float(rng.uniform(0.15, 0.3) * height),
         start_pos=np.array([0.0, 0.0, supports[0] + height / 2]),
         goal_pos=np.array([goal[0], goal[1], supports[1] + height / 2]),
         pick_stand=pick,
         place_stand=place,
         support_m=(float(supports[0]), float(supports[1])),
     )
+
+
+def behind(stand: np.ndarray) -> np.ndarray:
+    """(2,) where the robot comes from, and goes back to, before it faces a stand (x, y, yaw)."""
+    return stand[:2] - BEHIND_M * np.array([np.cos(stand[2]), np.sin(stand[2])])
+
+
+def _way_is_free(pick: np.ndarray, place: np.ndarray, tables: list[tuple[float, float, float]]) -> bool:
+    """Whether a robot with a load passes the tables on its straight way from behind one stand to behind the other."""
+    way = np.linspace(behind(pick), behind(place), 40)
+    for x, y, yaw in tables:
+        c, s = np.cos(yaw), np.sin(yaw)
+        local = (way - [x, y]) @ np.array([[c, -s], [s, c]]) - [TABLE_AHEAD_M, 0.0]
+        if (np.maximum(np.abs(local) - TABLE_HALF_M[:2], 0.0) ** 2).sum(1).min() < PASSING_M**2:
+            return False
+    return True
 
 
 def compile_ground(
@@ -113,9 +138,9 @@ def _add_load(spec: mujoco.MjSpec, task: CarryTask, grip: float) -> None:
     for i, ((pos, yaw), support) in enumerate(zip(places, task.support_m, strict=True)):
         if support < 0.05:
             continue
-        ahead = np.array([np.cos(yaw), np.sin(yaw)]) * 0.14
+        ahead = np.array([np.cos(yaw), np.sin(yaw)]) * TABLE_AHEAD_M
         table = spec.worldbody.add_geom(
-            name=f"support_{i}", type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.3, 0.5, support / 2]
+            name=f"support_{i}", type=mujoco.mjtGeom.mjGEOM_BOX, size=[*TABLE_HALF_M, support / 2]
         )
         table.pos = [pos[0] + ahead[0], pos[1] + ahead[1], support / 2]
         table.quat = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]

@@ -39,7 +39,7 @@ class MotorTrainingConfig:
     noise: float = 0.12
     seed: int = 0
     checkpoint_minutes: float = 3.0
-    update_threads: int = 1
+    update_threads: int = 2
     prior: MotorPriorConfig = field(default_factory=MotorPriorConfig)
     env: MotorEnvConfig = field(default_factory=MotorEnvConfig)
 

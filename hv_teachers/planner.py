@@ -16,6 +16,7 @@ from torch import Tensor
 
 from hv_policy.motor.embodiment import CONTROL_DT_S, HAND_RADIUS_M
 from hv_policy.motor.reference import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, VELOCITY, neutral_intent
+from hv_teachers.postures import reach_posture
 
 
 class Phase(IntEnum):
@@ -42,14 +43,21 @@ class PlannerConfig:
     carry_speed: float = 0.5
     turn_rate: float = 1.0
     align_distance_m: float = 0.45
-    stand_tolerance_m: float = 0.05
-    stand_tolerance_rad: float = 0.10
+    stand_tolerance_m: float = 0.045
+    stand_tolerance_rad: float = 0.06
     pre_grasp_m: float = 0.08
     squeeze_in_m: float = 0.02
-    reach_s: float = 1.2
+    settle_s: float = 0.4
+    """The feet come to rest before the body bends."""
+    reach_s: float = 1.4
     squeeze_s: float = 0.7
     lift_s: float = 1.6
-    lower_s: float = 1.8
+    lower_s: float = 1.2
+    lower_s_per_m: float = 1.2
+    touch_m: float = 0.02
+    """An object that stays so far above where it was lowered to has touched something: its support."""
+    open_m: float = 0.12
+    """Gap between hand and object when it is let go."""
     release_s: float = 0.7
     carry_height_m: float = 1.0
     clearance_m: float = 0.12
@@ -66,6 +74,7 @@ class PlannerView:
 
     root_xy: Tensor  # (N, 2)
     root_yaw: Tensor  # (N,)
+    feet_xy: Tensor  # (N, 2) midpoint of the ankles
     hands: Tensor  # (N, 2, 3) right, left
     object_pos: Tensor  # (N, 3)
     grasp: Tensor  # (N, 2, 3) where the hands should touch the object now, right, left
@@ -75,15 +84,6 @@ class PlannerView:
     place_stand: Tensor  # (N, 3)
     waypoint: Tensor  # (N, 2)
     waypoint_is_last: Tensor  # (N,) bool: it is the stand of this leg
-
-
-def reach_posture(hand_height_m: Tensor) -> tuple[Tensor, Tensor]:
-    """Pelvis height and torso pitch that bring the hands to a height: (N,) m -> (N,) m, (N,) rad.
-
-    From the kinematics of the body: at the floor the pelvis is at .38 m and the torso bent by 1.5 rad.
-    """
-    low = ((0.95 - hand_height_m) / 0.8).clamp(0, 1)
-    return 0.84 - 0.46 * low, 0.1 + 1.4 * low**0.8
 
 
 class ScriptedPlanner:
@@ -148,15 +148,12 @@ class ScriptedPlanner:
         carry = self._carry_hands(view)
         lift_share = _smooth(clock / c.lift_s)
         lifted = self._from_hands + (carry - self._from_hands) * lift_share[:, None, None]
-        lower_share = _smooth(clock / c.lower_s)
-        goal = view.goal_pos.clone()
-        goal[:, 2] -= 0.01
-        lowered_object = self._from_object + (goal - self._from_object) * lower_share[:, None]
+        lowered_object, lower_share = self._lowered(view)
         lowered = _to_heading(view, lowered_object[:, None])
         correction = lowered[:, 0] - obj
         correction = correction.clamp(-0.06, 0.06) * (during(Phase.LOWER).float() * lower_share)[:, None]
         lowered = lowered + self._offset + correction[:, None] * 0.5
-        opened = hands.mean(1, keepdim=True) + (grasp - grasp.mean(1, keepdim=True)) + outward * 0.16
+        opened = grasp + outward * (HAND_RADIUS_M + c.open_m)
         hand = neutral
         hand = torch.where(during(Phase.REACH)[:, None, None], pre_grasp, hand)
         hand = torch.where(during(Phase.SQUEEZE)[:, None, None], contact, hand)
@@ -170,14 +167,20 @@ class ScriptedPlanner:
         intent[:, SQUEEZE] = during(Phase.SQUEEZE, Phase.LIFT, Phase.CARRY, Phase.ALIGN_PLACE, Phase.LOWER).float()
 
         # how the body bends for it
-        low_height, low_pitch = reach_posture(grasp[..., 2].mean(-1))
-        place_height, place_pitch = reach_posture(lowered[..., 2].mean(-1))
-        end_height, end_pitch = reach_posture(hands[..., 2].mean(-1))
-        upright = intent[:, HEIGHT], torch.full_like(clock, 0.05)
-        height, pitch = upright
+        feet = _to_heading(view, torch.cat([view.feet_xy, torch.zeros_like(view.feet_xy[:, :1])], -1)[:, None])[:, 0]
+
+        def bent_to(hands: Tensor) -> tuple[Tensor, Tensor]:
+            return reach_posture(hands[..., 2].mean(-1), hands[..., 0].mean(-1) - feet[:, 0])
+
+        low_height, low_pitch = bent_to(grasp)
+        place_height, place_pitch = bent_to(lowered)
+        end_height, end_pitch = bent_to(grasp)
+        height, pitch = intent[:, HEIGHT], torch.full_like(clock, 0.05)
+        settling = during(Phase.REACH) & (clock < c.settle_s)
+        low_height, low_pitch = torch.where(settling, height, low_height), torch.where(settling, pitch, low_pitch)
         for phases, h, p in (
             ((Phase.REACH, Phase.SQUEEZE), low_height, low_pitch),
-            ((Phase.LIFT,), *self._rising(lifted)),
+            ((Phase.LIFT,), *bent_to(lifted)),
             ((Phase.LOWER,), place_height, place_pitch),
             ((Phase.RELEASE,), end_height, end_pitch),
         ):
@@ -239,7 +242,11 @@ class ScriptedPlanner:
         go(Phase.CARRY, view.waypoint_is_last & (place_error < c.align_distance_m), Phase.ALIGN_PLACE)
         go(Phase.ALIGN_PLACE, placed_aligned & (clock > 0.3), Phase.LOWER)
         go(Phase.ALIGN_PLACE, place_error > 2.5 * c.align_distance_m, Phase.CARRY)
-        go(Phase.LOWER, ((clock > c.lower_s) & (above_goal < 0.03)) | (clock > c.lower_s + 1.0), Phase.RELEASE)
+        lowered, _ = self._lowered(view)
+        touched = (above_goal < 0.12) & (view.object_pos[:, 2] - lowered[:, 2] > c.touch_m)
+        lower_s = self._lower_s(view)
+        down = ((clock > lower_s) & (above_goal < 0.03)) | (clock > lower_s + 1.0)
+        go(Phase.LOWER, down | (touched & (clock > 0.5)), Phase.RELEASE)
         go(Phase.RELEASE, clock > c.release_s, Phase.RETREAT)
         go(Phase.RETREAT, away > c.retreat_m, Phase.IDLE)
         holding = (phase >= Phase.LIFT) & (phase <= Phase.LOWER)
@@ -263,6 +270,18 @@ class ScriptedPlanner:
         self._offset = torch.where(chosen[:, None, None], hands - obj[:, None], self._offset)
         self._from_object = torch.where(chosen[:, None], view.object_pos, self._from_object)
 
+    def _lower_s(self, view: PlannerView) -> Tensor:
+        """(N,) how long the lowering takes: the farther down, the longer."""
+        c = self.config
+        return c.lower_s + c.lower_s_per_m * (self._from_object[:, 2] - view.goal_pos[:, 2]).clamp(min=0.0)
+
+    def _lowered(self, view: PlannerView) -> tuple[Tensor, Tensor]:
+        """(N, 3) where the object should be by now while it is lowered, world frame, and the share of the way (N,)."""
+        share = _smooth(self.clock_s / self._lower_s(view))
+        goal = view.goal_pos.clone()
+        goal[:, 2] -= 0.01
+        return self._from_object + (goal - self._from_object) * share[:, None], share
+
     def _carry_hands(self, view: PlannerView) -> Tensor:
         """(N, 2, 3) hands that hold the object before the chest, heading frame."""
         c = self.config
@@ -272,10 +291,6 @@ class ScriptedPlanner:
         offset = self._offset.clone()
         offset[..., :2] = offset[..., :2] - offset[..., :2].mean(1, keepdim=True)
         return centre[:, None] + offset
-
-    def _rising(self, lifted: Tensor) -> tuple[Tensor, Tensor]:
-        height, pitch = reach_posture(lifted[..., 2].mean(-1))
-        return height, pitch.clamp(min=0.05)
 
 
 def _smooth(share: Tensor) -> Tensor:
@@ -322,9 +337,10 @@ def _hold(view: PlannerView, stand: Tensor) -> tuple[Tensor, Tensor]:
     x, y, _ = _to_heading(view, point[:, None])[:, 0].unbind(-1)
     distance = torch.sqrt(x * x + y * y)
     turn = _wrap(stand[:, 2] - view.root_yaw)
-    near = ((distance < 0.035) & (turn.abs() < 0.07)).float()
+    near = ((x.abs() < 0.035) & (y.abs() < 0.025) & (turn.abs() < 0.05)).float()
     # gently: a toe that strides into the furniture in front of the stand trips the robot
     forward = (1.1 * x).clamp(-0.25, 0.25)
     left = (1.2 * y).clamp(-0.25, 0.25)
-    rate = (1.6 * turn).clamp(-0.8, 0.8)
+    # slower turns than this are not begun
+    rate = (1.6 * turn).clamp(-0.8, 0.8) + 0.1 * turn.sign() * (turn.abs() > 0.04)
     return torch.stack([forward, left, rate], -1) * (1 - near[:, None]), distance

@@ -64,6 +64,7 @@ class RouteViews:
         return PlannerView(
             root_xy=state.link_pos_w[:, 0, :2],
             root_yaw=torch.atan2(heading.sin, heading.cos),
+            feet_xy=state.link_pos_w[:, body.FEET, :2].mean(1),
             hands=state.link_pos_w[:, body.HANDS],
             object_pos=position,
             grasp=grasp,

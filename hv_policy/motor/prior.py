@@ -16,8 +16,29 @@ from hv_policy.motor import embodiment as body
 from hv_policy.motor.balance import BalanceConfig, arm_torques, estimate_load, leg_torques
 from hv_policy.motor.proprioception import PROPRIOCEPTION_DIM, BodyState, read_proprioception
 from hv_policy.motor.reference import GaitConfig, Reference, ReferenceState, advance_reference, start_reference
+from hv_policy.motor.symmetry import JOINTS, POLAR, Reflection
 
 FEATURE_DIM = PROPRIOCEPTION_DIM + 3 + 2 + 6 + 1 + 2 + 3 + 2 + 3 + 3 + 6 + 2 + 1 + 28 + 28
+_SIDES = [1, 0]
+FEATURES = (
+    Reflection()
+    .proprioception()
+    .signs(1.0, -1.0, -1.0)  # velocity
+    .signs(1.0, 1.0)  # posture
+    .swapped(_SIDES, POLAR)  # hands
+    .signs(1.0)  # squeeze
+    .signs(1.0, 1.0)  # clock
+    .signs(*POLAR)  # pelvis
+    .swapped(_SIDES, (1.0,))  # stance
+    .signs(*POLAR)  # lean
+    .signs(-1.0, -1.0, 1.0)  # yaw and gaze
+    .swapped(_SIDES, POLAR)  # feet
+    .signs(1.0, -1.0)  # centre of mass
+    .signs(1.0)  # load
+    .joints()  # velocity of the reference
+    .joints()  # last residual
+)
+"""How the features of a robot look in a mirror."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +79,8 @@ class ResidualNetwork(nn.Module):
 class MotorStep:
     """One step of the controller before its residual: what the network sees and what it corrects."""
 
-    features: Tensor  # (N, FEATURE_DIM)
+    features: Tensor  # (N, FEATURE_DIM), of the reflected robot where `mirrored`
+    mirrored: Tensor  # (N,) bool: the left foot swings, or did last
     targets: Tensor  # (N, 28) servo targets without the residual, rad
     reference: Reference
     state: BodyState
@@ -117,11 +139,13 @@ class MotorPrior(nn.Module):
         limit = body.TORQUE_LIMIT.to(torque)
         offset = torque.clamp(-limit, limit) / body.KP.to(torque)
         targets = reference.joints + body.DAMPING_TIME_S * reference.joint_velocity + offset
-        return MotorStep(self._features(proprioception, state, reference), targets, reference, state)
+        mirrored = self.memory.swing == 1
+        features = FEATURES.where(mirrored, self._features(proprioception, state, reference))
+        return MotorStep(features, mirrored, targets, reference, state)
 
     def apply_residual(self, step: MotorStep, residual: Tensor) -> Tensor:
-        """(N, 28) network output, in units of the residual's scale -> (N, 28) servo targets in rad."""
-        residual = residual.clamp(-3.0, 3.0)
+        """(N, 28) what the network says of a step's features -> (N, 28) servo targets in rad."""
+        residual = JOINTS.where(step.mirrored, residual.clamp(-3.0, 3.0))
         self._last_residual = residual
         targets = step.targets + self._residual_scale.to(residual) * residual
         low, high = body.JOINT_LOW.to(targets), body.JOINT_HIGH.to(targets)

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from hv_policy.motor.prior import FEATURE_DIM, MotorPrior
-from hv_teachers.motor_env import CRITIC_EXTRA_DIM, START_PHASES, MotorEnv, MotorEnvConfig, draw_intents
+from hv_teachers.motor_env import CRITIC_EXTRA, START_PHASES, MotorEnv, MotorEnvConfig, draw_intents
 from hv_teachers.motor_scenes import LoadRange, draw_carry_task
 from hv_teachers.planner import Phase
 
@@ -21,7 +21,7 @@ def test_features_have_their_sizes_and_stay_finite():
         assert torch.isfinite(env.features).all()
         assert torch.isfinite(reward).all()
     assert env.features.shape == (6, FEATURE_DIM)
-    assert env.critic_features().shape == (6, FEATURE_DIM + CRITIC_EXTRA_DIM)
+    assert env.critic_features().shape == (6, FEATURE_DIM + len(CRITIC_EXTRA))
     assert not (failed & timed_out).any()
     assert set(terms) >= {"velocity", "hands", "load", "placed"}
 
@@ -35,7 +35,7 @@ def test_the_same_seed_gives_the_same_practice():
 
 
 def test_standing_still_is_worth_more_than_shaking():
-    still, shaken = make(1, load_share=0.0, push_m_s=0.0), make(1, load_share=0.0, push_m_s=0.0)
+    still, shaken = make(1, load_share=0.0, push_n_s=0.0), make(1, load_share=0.0, push_n_s=0.0)
     calm = torch.stack([still.step(torch.zeros(6, 28))[0] for _ in range(20)]).mean()
     wild = torch.stack([shaken.step(2.0 * torch.sign(torch.randn(6, 28)))[0] for _ in range(20)]).mean()
     assert calm > wild + 0.1
@@ -43,7 +43,7 @@ def test_standing_still_is_worth_more_than_shaking():
 
 def test_a_toppled_robot_ends_its_episode():
     env = make(2, load_share=0.0, bent_share=0.0)
-    env.physics.push(range(6), np.tile([6.0, 0.0, 0.0], (6, 1)))
+    env.shove(np.arange(6), np.tile([300.0, 0.0, 0.0], (6, 1)))
     failed = torch.zeros(6, dtype=torch.bool)
     for _ in range(45):
         failed |= env.step(torch.zeros(6, 28))[1]
@@ -54,7 +54,7 @@ def test_a_toppled_robot_ends_its_episode():
 def test_an_episode_may_begin_with_the_box_in_the_hands(phase):
     shares = tuple(float(p == phase) for p in START_PHASES)
     load = LoadRange(mass_kg=(1.0, 2.0), width_m=(0.3, 0.35), depth_m=(0.25, 0.3), height_m=(0.25, 0.3))
-    env = make(4, load_share=1.0, start_shares=shares, push_m_s=0.0, auto_reset=False, load=load, randomize=False)
+    env = make(4, load_share=1.0, start_shares=shares, push_n_s=0.0, auto_reset=False, load=load, randomize=False)
     assert (env.planner.phase == phase).all()
     for _ in range(25):
         env.step(torch.zeros(6, 28))
@@ -64,7 +64,7 @@ def test_an_episode_may_begin_with_the_box_in_the_hands(phase):
 
 def test_an_episode_may_begin_bent_over_the_box_that_was_just_put_down():
     shares = tuple(float(p == Phase.RELEASE) for p in START_PHASES)
-    env = make(5, load_share=1.0, start_shares=shares, push_m_s=0.0, auto_reset=False, randomize=False)
+    env = make(5, load_share=1.0, start_shares=shares, push_n_s=0.0, auto_reset=False, randomize=False)
     assert (env.object_goal_distance() < 0.01).all()
     for _ in range(30):
         env.step(torch.zeros(6, 28))
