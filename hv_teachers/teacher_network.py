@@ -1,0 +1,330 @@
+"""The teacher as a network: section 3's observations, the route and its memory in; the next phase and an intent out.
+
+Two small networks. The first says which phase of the work is next, the second what to do in it. Both have one linear
+output layer for each phase, because what is to be done differs from phase to phase more than anything within one.
+
+Where the hands shall go is said as a mixture of places that matter (where they are, where the object should be held,
+where they would have to be for it to stand at its goal, ...) and a small correction: a squeeze needs a centimetre, and
+a network that regresses coordinates of a room gives three.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+from torch import Tensor, nn
+
+from hv_policy.motor import embodiment as body
+from hv_policy.motor.reference import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, neutral_intent
+from hv_sim.control import INTENT_HIGH, INTENT_LOW
+from hv_sim.observations import BPS_POINTS, Observation
+from hv_teachers.planner import PlannerView
+from hv_teachers.teacher_memory import NUM_PHASES, VECTOR_DIM, to_heading
+
+MEMORIES = ("phase", "intent", "none")
+ACTIONS = ("intent", "joints")
+
+OBSERVATION_DIM = 223 + 15 + 9 + 3 + 3
+ROUTE_DIM = 6 + 4 + 4 + 1 + 1 + 1
+NEAR_DIM = 6 + 3 + 3 + 3 + 3 + 3 + 2
+ANCHORS = ("neutral", "hands", "grasp", "begun", "placed", "picked", "chest")
+ANCHOR_DIM = 6 * len(ANCHORS)
+SIGHT_DIM = OBSERVATION_DIM + ROUTE_DIM + NEAR_DIM
+_UNSEEN_ANCHORS = [ANCHORS.index("grasp"), ANCHORS.index("chest")]  # without the route
+_MEMORY_FEATURES = NUM_PHASES + 4 + VECTOR_DIM - 2
+GEOMETRY_DIM = 3 * BPS_POINTS
+
+# spread of an intent: units of the network's output, of the exploration noise and of the imitation loss
+INTENT_UNITS = torch.tensor([0.5, 0.4, 0.8, 0.15, 0.4, *[0.1] * 6, 1.0, 0.5, 0.5])
+JOINT_UNIT_RAD = 0.4
+_HAND_ORDER = torch.tensor([3, 4, 5, 0, 1, 2])  # right, left -> left, right as in an intent
+
+
+@dataclass(frozen=True)
+class TeacherConfig:
+    """What the network is.
+
+    Raises:
+        ValueError: `memory` or `action` is unknown.
+    """
+
+    memory: str = "phase"
+    """`phase`: `TeacherMemory`, in the input, moved on by the network; `intent`: its own last output; `none`."""
+    action: str = "intent"
+    """`intent`: the motor prior turns it into joint targets; `joints`: 28 targets directly (the paper's form)."""
+    route: bool = True
+    """Sees stands, grasp and depth (below); without it, only what section 3 lists."""
+    geometry: int = 32
+    """Width of the basis point set's embedding; 0 leaves the geometry out."""
+    phase_hidden: tuple[int, ...] = (256, 128)
+    hidden: tuple[int, ...] = (512, 256)
+
+    def __post_init__(self) -> None:
+        for name, valid in (("memory", MEMORIES), ("action", ACTIONS)):
+            if getattr(self, name) not in valid:
+                raise ValueError(f"teacher.{name}: {getattr(self, name)!r} is not valid; valid: {', '.join(valid)}")
+
+    @property
+    def num_actions(self) -> int:
+        return 14 if self.action == "intent" else body.KP.shape[0]
+
+    @property
+    def num_heads(self) -> int:
+        return NUM_PHASES if self.memory == "phase" else 1
+
+
+def sight(observation: Observation, view: PlannerView, leg_is_done: Tensor, picked_up: Tensor) -> Tensor:
+    """(N, SIGHT_DIM) what is seen now: observations, route, and what is near in fine units.
+
+    Beside section 3's observations (253 numbers and the geometry) the teacher sees what the planner sees and they do
+    not determine: which side of the object the route takes it from (grasp points), where to stand for it at both ends,
+    and whether the current waypoint is the last of its leg.
+    """
+    grasp, hands = to_heading(view, view.grasp), to_heading(view, view.hands)
+    obj = to_heading(view, view.object_pos[:, None])[:, 0]
+    goal = to_heading(view, view.goal_pos[:, None])[:, 0]
+    pick, place = _stand(view, view.pick_stand), _stand(view, view.place_stand)
+    waypoint = observation.waypoint[:, :2]
+    distance = waypoint.norm(dim=-1, keepdim=True)
+    away = obj[:, :2].norm(dim=-1, keepdim=True)
+    near = [
+        _near((grasp - hands).flatten(1), 0.15),
+        _near(obj - goal, 0.2),
+        _near(torch.cat([pick[:, :2], _angle(pick)], -1), 0.3),
+        _near(torch.cat([place[:, :2], _angle(place)], -1), 0.3),
+        torch.cat([waypoint / distance.clamp(min=1e-3), distance.clamp(max=1.0)], -1),
+        _near(obj - hands.mean(1), 0.25),
+        _near(away - 1.15, 0.3),
+        _near(view.object_pos[:, 2:] - view.goal_pos[:, 2:], 0.05),
+    ]
+    return torch.cat(
+        [
+            observation.proprioception,
+            observation.object,
+            observation.goal,
+            observation.waypoint,
+            observation.half_extents,
+            grasp.flatten(1),
+            pick,
+            place,
+            view.depth_m[:, None],
+            leg_is_done[:, None].float(),
+            picked_up[:, None].float(),
+            *near,
+        ],
+        -1,
+    )
+
+
+def hand_anchors(view: PlannerView, memory: Tensor) -> Tensor:
+    """(N, 42) seven places for the (right, left) hand in the order of `ANCHORS`; heading frame, z above the floor.
+
+    Args:
+        view: what there is to see.
+        memory: (N, 18), `TeacherMemory.vector`.
+    """
+    n = len(memory)
+    neutral = neutral_intent(n)
+    hands, grasp = to_heading(view, view.hands), to_heading(view, view.grasp)
+    begun = memory[:, 2:8].unflatten(-1, (2, 3))
+    offset = memory[:, 8:14].unflatten(-1, (2, 3))
+    goal = to_heading(view, view.goal_pos[:, None])
+    picked = memory[:, None, 14:17]
+    ahead = (0.2 + view.depth_m / 2).clamp(min=0.34)
+    height = (torch.maximum(memory[:, 17], view.goal_pos[:, 2]) + 0.12).clamp(min=1.0)
+    centred = torch.cat([offset[..., :2] - offset[..., :2].mean(1, keepdim=True), offset[..., 2:]], -1)
+    chest = torch.stack([ahead, torch.zeros_like(ahead), height], -1)[:, None] + centred
+    rest = torch.stack([neutral[:, RIGHT_HAND], neutral[:, LEFT_HAND]], 1)
+    return torch.stack([rest, hands, grasp, begun, goal + offset, picked + offset, chest], 1).flatten(1)
+
+
+class TeacherNetwork(nn.Module):
+    """See the module's docstring. Inputs are raw; normalisation is part of it (`set_normalization`)."""
+
+    def __init__(self, config: TeacherConfig | None = None) -> None:
+        super().__init__()
+        self.config = config or TeacherConfig()
+        c = self.config
+        self.register_buffer("mean", torch.zeros(SIGHT_DIM))
+        self.register_buffer("std", torch.ones(SIGHT_DIM))
+        self.register_buffer("normalized", torch.zeros((), dtype=torch.bool))
+        self.geometry = nn.Linear(GEOMETRY_DIM, c.geometry) if c.geometry else None
+        memory = {"phase": _MEMORY_FEATURES, "intent": c.num_actions, "none": 0}[c.memory]
+        inputs = SIGHT_DIM + c.geometry + memory
+        if c.memory == "phase":
+            self.phase_geometry = nn.Linear(GEOMETRY_DIM, c.geometry) if c.geometry else None
+            self.phase_trunk = _trunk(inputs, c.phase_hidden)
+            self.phase_head = nn.Linear(c.phase_hidden[-1], NUM_PHASES * NUM_PHASES)
+        self.trunk = _trunk(inputs + ANCHOR_DIM, c.hidden)
+        outputs = 5 + len(ANCHORS) + 6 + 1 + 2 if c.action == "intent" else c.num_actions
+        self.head = nn.Linear(c.hidden[-1], c.num_heads * outputs)
+        nn.init.zeros_(self.head.bias)
+        self.head.weight.data.mul_(0.1)
+        low, high = torch.as_tensor(INTENT_LOW), torch.as_tensor(INTENT_HIGH)
+        self.register_buffer("_low", low, persistent=False)
+        self.register_buffer("_high", high, persistent=False)
+        self.register_buffer("_units", INTENT_UNITS.clone(), persistent=False)
+        self.register_buffer("_rest", neutral_intent(1)[0], persistent=False)
+
+    def set_normalization(self, sights: Tensor) -> None:
+        """Takes mean and spread of (B, SIGHT_DIM) inputs; done once, so that what was learned stays true."""
+        self.mean.copy_(sights.mean(0))
+        self.std.copy_(sights.std(0).clamp(min=0.02))
+        self.normalized.fill_(True)
+
+    def phase_logits(self, sights: Tensor, geometry: Tensor, memory: Tensor) -> Tensor:
+        """(N, 11) logits of the next phase.
+
+        Args:
+            sights: (N, SIGHT_DIM), see `sight`.
+            geometry: (N, 600) basis point sets.
+            memory: (N, 18) as it is before the phase changes.
+        """
+        seen = self._inputs(sights, memory)
+        if self.phase_geometry is not None:
+            seen = torch.cat([seen, self.phase_geometry(geometry)], -1)
+        hidden = self.phase_trunk(seen)
+        logits = self.phase_head(hidden).unflatten(-1, (NUM_PHASES, NUM_PHASES))
+        return _of_phase(logits, memory[:, 0])
+
+    def forward(self, sights: Tensor, anchors: Tensor, geometry: Tensor, memory: Tensor) -> Tensor:
+        """(N, A) actions in units (`to_units`): intents of 14, or 28 joint targets.
+
+        Args:
+            sights: (N, SIGHT_DIM).
+            anchors: (N, 42), `hand_anchors` of that memory.
+            geometry: (N, 600).
+            memory: (N, 18) after the phase changed; (N, A) the last action in units for `memory: intent`.
+        """
+        seen = [self._inputs(sights, memory), anchors.clamp(-1.5, 1.5)]
+        if self.geometry is not None:
+            seen.append(self.geometry(geometry))
+        hidden = self.trunk(torch.cat(seen, -1))
+        out = self.head(hidden).unflatten(-1, (self.config.num_heads, -1))
+        out = _of_phase(out, memory[:, 0]) if self.config.memory == "phase" else out[:, 0]
+        if self.config.action == "joints":
+            return out
+        velocity, posture, share, correction, squeeze, gaze = out.split([3, 2, len(ANCHORS), 6, 1, 2], -1)
+        if not self.config.route:
+            share = share.index_fill(-1, torch.tensor(_UNSEEN_ANCHORS, device=share.device), -1e4)
+        places = anchors.unflatten(-1, (len(ANCHORS), 6))
+        hands = (share.softmax(-1)[..., None] * places).sum(1) + 0.1 * correction
+        hands = hands[:, _HAND_ORDER.to(hands.device)]
+        rest = self._rest
+        units = self._units
+        return torch.cat(
+            [
+                velocity,
+                posture + rest[HEIGHT : PITCH + 1] / units[HEIGHT : PITCH + 1],
+                hands / units[LEFT_HAND.start : RIGHT_HAND.stop],
+                torch.sigmoid(squeeze) / units[SQUEEZE],
+                gaze + rest[GAZE] / units[GAZE],
+            ],
+            -1,
+        )
+
+    def to_units(self, action: Tensor) -> Tensor:
+        """Intents (N, 14) in the units of `hv_sim.control.INTENT_NAMES`, or joint targets (N, 28) -> the network's."""
+        if self.config.action == "joints":
+            return action / JOINT_UNIT_RAD
+        return action / self._units
+
+    def from_units(self, action: Tensor) -> Tensor:
+        """The inverse of `to_units`, kept within what an intent or a servo can be."""
+        if self.config.action == "joints":
+            low, high = body.JOINT_LOW.to(action), body.JOINT_HIGH.to(action)
+            return (action * JOINT_UNIT_RAD).clamp(low - 0.5, high + 0.5)
+        return (action * self._units).clamp(self._low, self._high)
+
+    def _inputs(self, sights: Tensor, memory: Tensor) -> Tensor:
+        c = self.config
+        seen = ((sights - self.mean) / self.std).clamp(-6.0, 6.0)
+        if not c.route:
+            seen = torch.cat([seen[:, :OBSERVATION_DIM], torch.zeros_like(seen[:, OBSERVATION_DIM:])], -1)
+        parts = [seen]
+        if c.memory == "phase":
+            phase = nn.functional.one_hot(memory[:, 0].long(), NUM_PHASES).to(seen)
+            clock = memory[:, 1:2]
+            times = torch.cat([torch.tanh(clock / t) for t in (0.4, 1.0, 2.0, 5.0)], -1)
+            parts += [phase, 2.0 * times - 1.0, memory[:, 2:]]
+        elif c.memory == "intent":
+            parts.append(memory)
+        return torch.cat(parts, -1)
+
+
+def save_teacher(network: TeacherNetwork, path: Path, metadata: dict[str, str] | None = None) -> None:
+    """Weights and configuration as one safetensors file, written whole or not at all."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_suffix(".tmp")
+    header = {"format": "hv_teacher/1", "config": json.dumps(asdict(network.config)), **(metadata or {})}
+    save_file({k: v.contiguous() for k, v in network.state_dict().items()}, temporary, metadata=header)
+    temporary.replace(path)
+
+
+def load_teacher(path: Path) -> TeacherNetwork:
+    """Reads what `save_teacher` wrote.
+
+    Raises:
+        ValueError: the file is not a teacher, or its weights do not fit its configuration.
+    """
+    try:
+        with safe_open(str(path), framework="pt") as file:
+            header = file.metadata() or {}
+            weights = {k: file.get_tensor(k) for k in file.keys()}
+    except (OSError, SafetensorError) as error:
+        raise ValueError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+    if header.get("format") != "hv_teacher/1":
+        raise ValueError(f"{path}: format is {header.get('format')!r}; valid: 'hv_teacher/1'")
+    try:
+        values = json.loads(header["config"])
+        plain: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
+        config = TeacherConfig(**plain)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path}: its configuration is of another version: {error}") from error
+    network = TeacherNetwork(config)
+    expected = {k: tuple(v.shape) for k, v in network.state_dict().items()}
+    found = {k: tuple(v.shape) for k, v in weights.items()}
+    if expected != found:
+        wrong = sorted(k for k in expected.keys() | found.keys() if expected.get(k) != found.get(k))
+        raise ValueError(
+            f"{path}: weights {wrong} do not fit the configuration; expected {[expected.get(k) for k in wrong]}"
+        )
+    network.load_state_dict(weights, strict=True)
+    network.eval()
+    return network
+
+
+def _trunk(inputs: int, hidden: tuple[int, ...]) -> nn.Sequential:
+    layers: list[nn.Module] = []
+    for i, o in itertools.pairwise([inputs, *hidden]):
+        layers += [nn.Linear(i, o), nn.ELU()]
+    return nn.Sequential(*layers)
+
+
+def _of_phase(outputs: Tensor, phase: Tensor) -> Tensor:
+    """(N, 11, A) outputs of every phase's layer -> (N, A) those of the phase (N,)."""
+    index = phase.long()[:, None, None].expand(-1, 1, outputs.shape[-1])
+    return outputs.gather(1, index)[:, 0]
+
+
+def _near(value: Tensor, unit: float) -> Tensor:
+    return (value / unit).clamp(-2.0, 2.0)
+
+
+def _stand(view: PlannerView, stand: Tensor) -> Tensor:
+    """(N, 4) x, y and the cosine and sine of the yaw of a stand pose, in the heading frame."""
+    place = to_heading(view, torch.cat([stand[:, :2], torch.zeros_like(stand[:, :1])], -1)[:, None])[:, 0, :2]
+    turn = stand[:, 2] - view.root_yaw
+    return torch.cat([place, turn.cos()[:, None], turn.sin()[:, None]], -1)
+
+
+def _angle(stand: Tensor) -> Tensor:
+    return torch.atan2(stand[:, 3], stand[:, 2])[:, None]
