@@ -10,8 +10,23 @@ from pathlib import Path
 import numpy as np
 
 
-def plot_curve(table: Path, picture: Path, columns: Sequence[str], x: str = "samples", smooth: int = 20) -> None:
+def plot_curve(
+    table: Path,
+    picture: Path,
+    columns: Sequence[str],
+    x: str = "samples",
+    smooth: int = 20,
+    where: tuple[str, str] | None = None,
+) -> None:
     """Draws `columns` of a CSV against `x` and writes a PNG whole or not at all.
+
+    Args:
+        table: the CSV; empty cells are left out.
+        picture: where to write.
+        columns: one panel each.
+        x: column of the horizontal axis.
+        smooth: rows of the moving average.
+        where: a column and the value that rows must have there to be drawn.
 
     Raises:
         ValueError: a column is not in the table.
@@ -24,10 +39,11 @@ def plot_curve(table: Path, picture: Path, columns: Sequence[str], x: str = "sam
     with table.open() as file:
         rows = list(csv.DictReader(file))
     known = list(rows[0]) if rows else []
+    if where is not None:
+        rows = [r for r in rows if r.get(where[0]) == where[1]]
     missing = [c for c in (x, *columns) if c not in known]
     if missing:
         raise ValueError(f"columns: {missing} are not in {table}; valid: {known}")
-    across = np.array([float(r[x]) for r in rows])
     per_row = min(3, len(columns))
     figure, axes = pyplot.subplots(
         math.ceil(len(columns) / per_row),
@@ -36,9 +52,12 @@ def plot_curve(table: Path, picture: Path, columns: Sequence[str], x: str = "sam
         squeeze=False,
     )
     for axis, column in zip(axes.flat, columns, strict=False):
-        values = np.array([float(r[column] or "nan") for r in rows])
+        filled = [r for r in rows if r[column] != ""]
+        across, values = (np.array([float(r[name]) for r in filled]) for name in (x, column))
         axis.plot(across, values, color="0.8", linewidth=0.8)
         window = min(smooth, len(values))
+        if not window:
+            continue
         axis.plot(across[window - 1 :], np.convolve(values, np.ones(window) / window, "valid"), linewidth=1.5)
         axis.set_title(column.replace("_", " "), fontsize=10)
         axis.set_xlabel(x, fontsize=8)

@@ -219,9 +219,7 @@ def load_shipped_teacher(prior: MotorPrior | None = None) -> Teacher:
     """
     missing = [name for name in TEACHER_FILES if not (WEIGHTS / name).is_file()]
     if missing:
-        raise ValueError(
-            f"teacher: {', '.join(missing)} not in {WEIGHTS}; valid: a folder that hv-train-teacher made"
-        )
+        raise ValueError(f"teacher: {', '.join(missing)} not in {WEIGHTS}; valid: a folder that hv-train-teacher made")
     return Teacher.load(WEIGHTS, prior)
 
 

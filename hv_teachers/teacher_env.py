@@ -127,6 +127,9 @@ class TeacherEnv:
         """(N,) episodes begun so far."""
         self.start_height = torch.zeros(self.num_envs)
         self._height_of = torch.full((self.num_envs,), -1)
+        self._seen: Sight | None = None
+        self.ended: dict[str, float] = {}
+        """Sums over the episodes that ended in the last step."""
         self.begin(self._rows)
 
     @property
@@ -150,8 +153,10 @@ class TeacherEnv:
         self._height_of[ids] = -1
 
     def look(self) -> Sight:
-        """What is to be seen now; routes are planned anew where that is needed."""
-        seen = self.senses.look(self.world)
+        """What is to be seen now; routes are planned anew where that is needed. Looking twice is looking once."""
+        if self._seen is not None:
+            return self._seen
+        seen = self._seen = self.senses.look(self.world)
         index = self.world.subtask_index
         new = index != self._height_of
         height = self.world.state.object_pos_w[self._rows, self.world.object_index, 2]
@@ -160,6 +165,10 @@ class TeacherEnv:
         if not self.senses.remembers_phase:
             self.planner.reset((new | self.senses.lost).nonzero()[:, 0])
         return seen
+
+    def forget_sight(self) -> None:
+        """The world was changed from outside: what was seen of it is no longer so."""
+        self._seen = None
 
     def label(self, seen: Sight) -> Label:
         """What the planner would do here: with the network's memory if it has a phase, else with its own.
@@ -203,6 +212,7 @@ class TeacherEnv:
         before = world.num_finished.clone()
         index = world.object_index
         world.step(targets)
+        self._seen = None
         self.senses.acted(action)
         frame = style_frame(world.state, world.state.object_pos_w[self._rows, index])
         windows = self.history.add(frame)

@@ -1,0 +1,411 @@
+"""Trains a teacher: behaviour cloning and DAgger from the planner, then PPO with task and style reward.
+
+Resumable after a kill at any moment with the same curve: a checkpoint holds everything, the practice worlds included,
+and the training that wrote it goes on from it as well (`hv_teachers.world_snapshot`).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import time
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import torch
+import yaml
+from tensordict import TensorDict
+from torch.utils.tensorboard import SummaryWriter
+from tqdm import tqdm
+
+from hv_policy.motor.prior import MotorPrior, load_motor_prior, load_shipped_motor_prior
+from hv_teachers.amp import AmpPPO
+from hv_teachers.curriculum import practice_tasks, share_of_tasks
+from hv_teachers.curves import plot_curve
+from hv_teachers.imitation import ImitationBuffer, Samples, imitation_loss
+from hv_teachers.mocap import motion_clips, wheel_motions
+from hv_teachers.planner import Phase
+from hv_teachers.style import MotionSet, record_motion_set
+from hv_teachers.teacher import Decision
+from hv_teachers.teacher_config import TeacherTrainingConfig, differences, plain
+from hv_teachers.teacher_env import Outcome, TeacherEnv
+from hv_teachers.teacher_network import TeacherNetwork, load_teacher, save_teacher
+from hv_teachers.teacher_ppo import build_ppo, network_of, observations
+from hv_teachers.world_snapshot import restore_env, save_env
+
+ITERATIONS_PER_TURN = 12
+"""PPO iterations that count as one round for checkpoints and for the tasks' turns."""
+
+CURVES = {
+    "dagger": ("action_loss", "phase_wrong", "success", "all_success", "accepted", "fallen", "distance_m"),
+    "ppo": ("reward", "style_reward", "success", "all_success", "accepted", "fallen", "distance_m", "value_loss"),
+}
+_TIMES = ("minutes", "steps_per_s", "simulation_share")
+
+
+def train_teacher(config: TeacherTrainingConfig, output: Path, *, progress: bool = True) -> Path:
+    """Trains, or goes on training, in the folder `output`; returns the path of the weights.
+
+    Leaves `config.yaml`, `teacher.safetensors`, `curve.csv`, `curve_*.png`, `tensorboard/`, `motion_set.safetensors`
+    and what is needed to go on (`resume.pt`, `data/`).
+
+    Raises:
+        ValueError: the folder holds a training of another configuration, or a file that is named cannot be read.
+    """
+    trainer = _Trainer(config, Path(output), progress)
+    trainer.run()
+    return trainer.weights
+
+
+class _Trainer:
+    def __init__(self, config: TeacherTrainingConfig, output: Path, progress: bool) -> None:
+        self.config, self.output, self.progress = config, output, progress
+        self.weights = output / "teacher.safetensors"
+        output.mkdir(parents=True, exist_ok=True)
+        resume = output / "resume.pt"
+        saved = torch.load(resume, weights_only=True) if resume.exists() else None
+        _check_same(config, output / "config.yaml", saved is not None)
+        torch.set_num_threads(1)  # small operations: more threads only wait for each other
+        torch.manual_seed(config.seed)
+        self.tasks = practice_tasks(config.tasks, config.part)
+        self.prior: MotorPrior = load_motor_prior(Path(config.prior)) if config.prior else load_shipped_motor_prior()
+        self.first = load_teacher(Path(config.first_teacher)) if config.first_teacher else None
+        self.network = load_teacher(Path(config.init)) if config.init else TeacherNetwork(config.teacher)
+        if self.network.config != config.teacher:
+            raise ValueError(f"init: {config.init} is another network; teacher must be {plain(self.network.config)}")
+        if self.first is not None and self.first.config.memory != config.teacher.memory:
+            raise ValueError(f"first_teacher: {config.first_teacher} has memory {self.first.config.memory!r}; "
+                             f"valid: {config.teacher.memory!r}")  # fmt: skip
+        self.network.train()
+        self.optimizer = torch.optim.Adam(self.network.parameters(), lr=config.dagger.learning_rate)
+        self.buffer = ImitationBuffer(output / "data", config.dagger.buffer)
+        self.round, self.iteration, self.samples, self.turn, minutes = 0, 0, 0, 0, 0.0
+        self.ppo: AmpPPO | None = None
+        if saved is not None:
+            self.round, self.iteration, self.samples = saved["round"], saved["iteration"], saved["samples"]
+            self.turn, minutes = saved["turn"], saved["minutes"]
+            self.network.load_state_dict(saved["network"])
+            self.optimizer.load_state_dict(saved["optimizer"])
+            self.buffer.restore(saved["buffer"])
+        self.env = self._make_env()
+        if saved is not None:
+            restore_env(self.env, saved["env"])
+            if saved["ppo"]:
+                self._begin_ppo()
+                assert self.ppo is not None
+                self.ppo.load(saved["ppo"], None, strict=True)
+                self.ppo.learning_rate = saved["learning_rate"]
+            torch.set_rng_state(saved["rng"])
+        self.curve = _Curve(output, self.samples)
+        self.started = time.time() - 60 * minutes
+
+    def run(self) -> None:
+        config = self.config
+        with tqdm(
+            total=config.samples, initial=self.samples, unit="step", unit_scale=True, desc=config.name,
+            mininterval=5, disable=not self.progress,
+        ) as bar:  # fmt: skip
+            while self.samples < config.samples:
+                begun, before = time.time(), self.samples
+                dagger = self.samples < config.dagger.samples
+                if not dagger and self.ppo is None:
+                    self._begin_ppo()
+                row = self._dagger_round() if dagger else self._ppo_iteration()
+                elapsed = time.time() - begun
+                row |= {
+                    "samples": self.samples,
+                    "minutes": round((time.time() - self.started) / 60, 2),
+                    "steps_per_s": round((self.samples - before) / elapsed),
+                    "simulation_share": round(row.pop("simulated_s") / elapsed, 3),
+                }
+                self.curve.add("dagger" if dagger else "ppo", row)
+                bar.update(self.samples - before)
+                bar.set_postfix(success=row.get("success"), refresh=False)
+                at_turn = dagger or self.iteration % ITERATIONS_PER_TURN == 0
+                rounds = self.round + self.iteration // ITERATIONS_PER_TURN
+                if at_turn and rounds % config.new_tasks_every == 0 and len(self.tasks) > config.env.num_envs:
+                    self.turn += 1
+                    self.env = self._make_env()
+                if (at_turn and rounds % config.checkpoint_every == 0) or self.samples >= config.samples:
+                    self._save()
+
+    # imitation
+
+    def _dagger_round(self) -> dict[str, float]:
+        config, env = self.config.dagger, self.env
+        begun = time.time()
+        beta = config.beta_decay**self.round
+        sums: dict[str, float] = defaultdict(float)
+        parts: list[Samples] = []
+        shapes = _Shapes(self.buffer, env)
+        self.network.eval()
+        with torch.no_grad():
+            for step in range(config.round_steps):
+                if step % config.expert_steps == 0:
+                    expert = torch.rand(env.num_envs) < beta
+                seen = env.look()
+                label = env.label(seen)
+                chosen = env.learning
+                if self.config.env.end_when_placed:
+                    chosen = chosen & (label.remembered.phase < Phase.RELEASE)
+                parts.append(Samples.of(seen, label, shapes.rows(seen.geometry), chosen))
+                decision = env.decide(self.network, seen)
+                action = env.follow(label, expert & env.learning, decision)
+                _count(sums, env.act(seen, action), env)
+        samples = Samples.join(parts)
+        self.samples += env.num_envs * config.round_steps
+        self.buffer.add(self.round, samples)
+        self.round += 1
+        simulated = time.time() - begun
+        if not self.network.normalized:
+            self.network.set_normalization(samples.sights.float())
+        data = self.buffer.all()
+        batches = max(1, round(config.replays * len(samples) / config.batch_size))
+        share = min(1.0, self.samples / max(1, config.samples))
+        rate = config.learning_rate * (config.final_learning_rate / config.learning_rate) ** share
+        shown = self._imitate(self.network, self.optimizer, data, batches, rate)
+        return {"beta": round(beta, 4), **shown, **_means(sums, config.round_steps), "simulated_s": simulated}
+
+    def _imitate(
+        self, network: TeacherNetwork, optimizer: torch.optim.Optimizer, data: Samples, batches: int, rate: float
+    ) -> dict[str, float]:
+        """Some mini-batches of imitation; what to log."""
+        config = self.config.dagger
+        network.train()
+        for group in optimizer.param_groups:
+            group["lr"] = rate
+        totals: dict[str, float] = defaultdict(float)
+        for _ in range(batches):
+            rows = torch.randint(len(data), (min(config.batch_size, len(data)),))
+            batch = data.at(rows)
+            geometry = self.buffer.geometry[batch.shape.long()]
+            loss, shown = imitation_loss(network, batch, geometry, config.transition_weight)
+            optimizer.zero_grad()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(network.parameters(), 5.0)
+            optimizer.step()
+            for name, value in shown.items():
+                totals[name] += value / batches
+        return {name: round(value, 5) for name, value in totals.items()}
+
+    # reinforcement
+
+    def _begin_ppo(self) -> None:
+        config = self.config
+        motion = self._motion_set() if config.style.weight > 0 else None
+        with torch.no_grad():
+            if not self.network.normalized:
+                self.network.set_normalization(self.env.look().sights)
+            n = self.env.num_envs
+            memory = 18 if config.teacher.memory == "phase" else config.teacher.num_actions
+            label = config.ppo.imitation_batches > 0
+            shapes = {"sights": len(self.network.mean), "anchors": 42, "geometry": 600, "memory": memory, "critic": 13}
+            if label:
+                shapes |= {"label_anchors": 42, "label_memory_before": 18, "label_memory": memory, "label_phase": 1}
+                shapes["label_action"] = config.teacher.num_actions
+            empty = TensorDict({k: torch.zeros(n, v) for k, v in shapes.items()}, batch_size=[n])
+        self.ppo = build_ppo(self.network, empty, config.ppo, config.style, motion)
+        self.network = network_of(self.ppo)
+        self.ppo.train_mode()
+        self.optimizer = torch.optim.Adam(self.network.parameters(), lr=config.ppo.imitation_learning_rate)
+
+    def _ppo_iteration(self) -> dict[str, float]:
+        config, env, ppo = self.config.ppo, self.env, self.ppo
+        assert ppo is not None
+        begun = time.time()
+        sums: dict[str, float] = defaultdict(float)
+        warming = self.iteration < config.critic_warmup
+        for parameter in self.network.parameters():
+            parameter.requires_grad_(not warming)
+        learned = 0
+        with torch.no_grad():
+            for _ in range(config.steps_per_iteration):
+                seen = env.look()
+                label = env.label(seen) if config.imitation_batches else None
+                decision = env.decide(self.network, seen)
+                learning = env.learning
+                obs = observations(env, seen, decision, label)
+                action = torch.where(learning[:, None], ppo.act(obs), decision.action)
+                outcome = env.act(seen, action)
+                reward = torch.stack(list(outcome.terms.values())).sum(0) - config.fall_penalty * outcome.failed
+                dones = (outcome.failed | outcome.timed_out).long()
+                extras = {
+                    "time_outs": outcome.timed_out.float(),
+                    "style_windows": outcome.style_windows,
+                    "valid": learning,
+                }
+                ppo.process_env_step(obs, torch.nan_to_num(reward), dones, extras)
+                learned += int(learning.sum())
+                _count(sums, outcome, env)
+                sums["style_reward"] += float(ppo.last_style_reward.mean())
+                sums["reward"] += float(reward.mean())
+            seen = env.look()
+            unmoved = Decision(*env.senses.inputs(seen), env.senses.last_action)
+            ppo.compute_returns(observations(env, seen, unmoved, label))
+        simulated = time.time() - begun
+        stored = ppo.storage.observations.flatten(0, 1)
+        losses = ppo.update()
+        shown = {f"{name}_loss" if name in ("value", "surrogate") else name: round(v, 5) for name, v in losses.items()}
+        if config.imitation_batches and not warming:
+            shown |= self._imitate_stored(stored, ppo.storage.valid.flatten())  # type: ignore[attr-defined]
+        self.iteration += 1
+        self.samples += max(1, learned)
+        shown["kl_learning_rate"] = ppo.learning_rate
+        return {**shown, **_means(sums, config.steps_per_iteration), "simulated_s": simulated}
+
+    def _imitate_stored(self, stored: Any, valid: torch.Tensor) -> dict[str, float]:
+        """Imitation on what PPO has just seen, so that the phases stay what they are."""
+        rows = valid.nonzero()[:, 0]
+        if not len(rows):
+            return {}
+        count = self.config.ppo.imitation_batches * self.config.dagger.batch_size
+        rows = rows[torch.randint(len(rows), (count,))]
+        buffer = self.buffer
+        data = Samples(
+            stored["sights"][rows],
+            stored["label_anchors"][rows],
+            buffer.shape_rows(stored["geometry"][rows]),
+            stored["label_memory_before"][rows],
+            stored["label_memory"][rows],
+            stored["label_phase"][rows, 0].long(),
+            stored["label_action"][rows],
+        )
+        batches, rate = self.config.ppo.imitation_batches, self.config.ppo.imitation_learning_rate
+        return self._imitate(self.network, self.optimizer, data, batches, rate)
+
+    def _motion_set(self) -> MotionSet:
+        path = self.output / "motion_set.safetensors"
+        if not path.exists():
+            config = self.config
+            generator_state = torch.get_rng_state()
+            tasks = share_of_tasks(self.tasks, config.motion_tasks, config.seed, 0)
+            motion = record_motion_set(
+                tasks, seed=config.seed, prior=self.prior, num_threads=config.env.num_threads, progress=self.progress
+            )
+            if config.mocap_wheel:
+                clips = motion_clips(list(wheel_motions(Path(config.mocap_wheel)).values()), seed=config.seed)
+                motion = motion.joined(clips)
+            motion.save(path)
+            torch.set_rng_state(generator_state)
+        return MotionSet.load(path)
+
+    # keeping
+
+    def _make_env(self) -> TeacherEnv:
+        config = self.config
+        tasks = share_of_tasks(self.tasks, config.env.num_envs, config.seed, self.turn)
+        seed = config.seed + 1_000_003 * (self.turn + 1)
+        return TeacherEnv(tasks, config.env, config.teacher, self.prior, seed, self.first)
+
+    def _save(self) -> None:
+        env_state = save_env(self.env)
+        restore_env(self.env, env_state)
+        state = {
+            "round": self.round,
+            "iteration": self.iteration,
+            "samples": self.samples,
+            "turn": self.turn,
+            "minutes": (time.time() - self.started) / 60,
+            "network": self.network.state_dict(),
+            "optimizer": self.optimizer.state_dict(),
+            "buffer": self.buffer.state(),
+            "env": env_state,
+            "ppo": self.ppo.save() if self.ppo is not None else {},
+            "learning_rate": self.ppo.learning_rate if self.ppo is not None else 0.0,
+            "rng": torch.get_rng_state(),
+        }
+        temporary = self.output / "resume.tmp"
+        torch.save(state, temporary)
+        temporary.replace(self.output / "resume.pt")
+        self.buffer.forget_files()
+        about = {"samples": str(self.samples), "seed": str(self.config.seed), "name": self.config.name}
+        save_teacher(self.network, self.weights, about)
+        self.curve.flush()
+
+
+class _Shapes:
+    """Rows of the environments' shapes in the buffer's table, looked up again only where a shape changed."""
+
+    def __init__(self, buffer: ImitationBuffer, env: TeacherEnv) -> None:
+        self.buffer = buffer
+        self.known = torch.full((env.num_envs, 600), math.nan)
+        self.row = torch.zeros(env.num_envs, dtype=torch.int32)
+
+    def rows(self, geometry: torch.Tensor) -> torch.Tensor:
+        changed = (geometry != self.known).any(-1).nonzero()[:, 0]
+        if len(changed):
+            self.row[changed] = self.buffer.shape_rows(geometry[changed])
+            self.known[changed] = geometry[changed]
+        return self.row.clone()
+
+
+class _Curve:
+    """Rows of `curve.csv` and TensorBoard; what a killed run had written beyond its checkpoint is cut off."""
+
+    def __init__(self, output: Path, samples: int) -> None:
+        self.path = output / "curve.csv"
+        self.rows: list[dict[str, Any]] = []
+        if samples and self.path.exists():
+            with self.path.open() as file:
+                self.rows = [row for row in csv.DictReader(file) if int(row["samples"]) <= samples]
+        self.board = SummaryWriter(str(output / "tensorboard"), purge_step=samples or None)
+
+    def add(self, kind: str, row: dict[str, Any]) -> None:
+        self.rows.append({"kind": kind, **row})
+        for name, value in row.items():
+            self.board.add_scalar(f"{kind}/{name}", float(value), int(row["samples"]))
+
+    def flush(self) -> None:
+        self.board.flush()
+        names: dict[str, None] = {"kind": None, "samples": None}
+        for row in self.rows:
+            names |= dict.fromkeys(row)
+        temporary = self.path.with_suffix(".tmp")
+        with temporary.open("w", newline="") as file:
+            writer = csv.DictWriter(file, fieldnames=list(names), restval="")
+            writer.writeheader()
+            writer.writerows(self.rows)
+        temporary.replace(self.path)
+        for kind, columns in CURVES.items():
+            rows = [row for row in self.rows if row["kind"] == kind]
+            present = [c for c in columns if any(str(row.get(c, "")) != "" for row in rows)]
+            if rows and present:
+                plot_curve(self.path, self.path.with_name(f"curve_{kind}.png"), present, where=("kind", kind))
+
+
+def _count(sums: dict[str, float], outcome: Outcome, env: TeacherEnv) -> None:
+    for name, value in outcome.terms.items():
+        sums[name] += float(value.mean())
+    for name, value in env.ended.items():
+        sums["n_" + name] += value
+
+
+def _means(sums: dict[str, float], steps: int) -> dict[str, float]:
+    """Rewards a step, and shares of the episodes that ended."""
+    row = {name: round(value / steps, 5) for name, value in sums.items() if not name.startswith("n_")}
+    episodes, subtasks = sums.get("n_episodes", 0.0), sums.get("n_subtasks", 0.0)
+    row["episodes"] = int(episodes)
+    if episodes:
+        row |= {
+            "success": round(sums["n_successes"] / subtasks, 4),
+            "all_success": round(sums["n_all_successes"] / episodes, 4),
+            "accepted": round(sums["n_accepted"] / subtasks, 4),
+            "fallen": round(sums["n_fallen"] / episodes, 4),
+            "distance_m": round(sums["n_distance"] / subtasks, 4),
+        }
+    return row
+
+
+def _check_same(config: TeacherTrainingConfig, path: Path, resuming: bool) -> None:
+    """Refuses to go on with another configuration; sample counts and threads may differ."""
+    ours = plain(config)
+    if resuming and path.exists():
+        theirs = yaml.safe_load(path.read_text(encoding="utf-8"))
+        free = {"dagger.samples", "ppo.samples", "env.num_threads", "checkpoint_every", "name"}
+        other = [name for name in differences(ours, theirs) if name not in free]
+        if other:
+            raise ValueError(f"{path.parent}: holds a training with another {', '.join(other)}; choose another output")
+    temporary = path.with_suffix(".tmp")
+    temporary.write_text(yaml.safe_dump(ours, sort_keys=False), encoding="utf-8")
+    temporary.replace(path)

@@ -1,0 +1,124 @@
+"""A practice world as plain tensors, so that a training that was killed goes on with the very same numbers.
+
+Putting a state back gives up what MuJoCo's solver remembers from the step before. A training therefore puts its own
+state back right after saving it: whoever goes on from the file and whoever was never killed then step alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import torch
+
+from hv_policy.motor.prior import MotorPrior
+from hv_policy.motor.reference import ReferenceState
+from hv_sim.navigation import SubTaskRoute
+from hv_sim.world import RearrangeWorld
+from hv_teachers.planner import ScriptedPlanner
+from hv_teachers.teacher_env import TeacherEnv
+from hv_teachers.teacher_memory import TeacherMemory
+
+_WORLD = ("episode_step", "fallen", "_distance_at_instruction_m")
+_INSTRUCTOR = ("num_finished", "steps_since_instruction", "steps_held")
+_NAVIGATOR = ("waypoint_index", "picked_up", "_waypoints", "_last", "_last_to_object", "_object_start_w")
+_ROUTE = ("pick_stand_xy_yaw", "place_stand_xy_yaw", "waypoints_to_object", "waypoints_to_goal")
+_ENV = ("episodes", "start_height", "_height_of")
+
+
+def save_env(env: TeacherEnv) -> dict[str, Any]:
+    """Everything that decides how the practice goes on: tensors, numbers and lists of them."""
+    senses = env.senses
+    return {
+        "world": _save_world(env.world),
+        "prior": _save_prior(env.prior),
+        "planner": _tensors(TeacherMemory.of_planner(env.planner)) | {"lost": env.planner.lost.clone()},
+        "memory": _tensors(senses.memory),
+        "last_action": senses.last_action.clone(),
+        "lost": senses.lost.clone(),
+        "frames": env.history.frames.clone(),
+        "fresh": env.history.fresh.clone(),
+        "env": {name: getattr(env, name).clone() for name in _ENV},
+    }
+
+
+def restore_env(env: TeacherEnv, saved: dict[str, Any]) -> None:
+    """Puts back what `save_env` gave, into an environment of the same tasks and configuration."""
+    _restore_world(env.world, saved["world"])
+    _restore_prior(env.prior, saved["prior"])
+    _restore_planner(env.planner, saved["planner"])
+    senses = env.senses
+    senses.memory = TeacherMemory(**{k: v.clone() for k, v in saved["memory"].items()})
+    senses.last_action, senses.lost = saved["last_action"].clone(), saved["lost"].clone()
+    senses.routes.reset(torch.arange(env.num_envs))
+    senses.routes.follow(env.world)  # taken over without starting the memory anew
+    env.forget_sight()
+    env.history.frames, env.history.fresh = saved["frames"].clone(), saved["fresh"].clone()
+    for name in _ENV:
+        setattr(env, name, saved["env"][name].clone())
+
+
+def _save_world(world: RearrangeWorld) -> dict[str, Any]:
+    physics = [world.physics.data(i) for i in range(world.num_envs)]
+    routes = []
+    for route in world.navigator.routes:
+        assert route is not None
+        arrays = {name: torch.as_tensor(np.array(getattr(route, name), dtype=np.float64)) for name in _ROUTE}
+        routes.append(arrays | {"grasp_index": int(route.grasp_index)})
+    return {
+        "qpos": [torch.tensor(data.qpos) for data in physics],
+        "qvel": [torch.tensor(data.qvel) for data in physics],
+        "world": {name: getattr(world, name).clone() for name in _WORLD},
+        "episode_seed": list(world.episode_seed),
+        "episodes_begun": torch.tensor(world._episodes_begun),
+        "instructor": {name: getattr(world.instructor, name).clone() for name in _INSTRUCTOR},
+        "navigator": {name: getattr(world.navigator, name).clone() for name in _NAVIGATOR},
+        "routes": routes,
+    }
+
+
+def _restore_world(world: RearrangeWorld, saved: dict[str, Any]) -> None:
+    everyone = list(range(world.num_envs))
+    world.physics.reset(everyone, [q.numpy() for q in saved["qpos"]], [v.numpy() for v in saved["qvel"]])
+    for name, value in saved["world"].items():
+        setattr(world, name, value.clone())
+    world.episode_seed = list(saved["episode_seed"])
+    world._episodes_begun = saved["episodes_begun"].numpy().copy()
+    for name, value in saved["instructor"].items():
+        setattr(world.instructor, name, value.clone())
+    for name, value in saved["navigator"].items():
+        setattr(world.navigator, name, value.clone())
+    for i, route in enumerate(saved["routes"]):
+        arrays = {name: route[name].numpy() for name in _ROUTE}
+        world.navigator.routes[i] = SubTaskRoute(**arrays, grasp_index=route["grasp_index"])
+    world._look()
+
+
+def _save_prior(prior: MotorPrior) -> dict[str, Any]:
+    if prior.memory is None:
+        return {}
+    assert prior._last_residual is not None
+    assert prior._fresh is not None
+    return {
+        "memory": _tensors(prior.memory),
+        "last_residual": prior._last_residual.clone(),
+        "fresh": prior._fresh.clone(),
+    }
+
+
+def _restore_prior(prior: MotorPrior, saved: dict[str, Any]) -> None:
+    prior.reset()
+    if saved:
+        prior.memory = ReferenceState(**{k: v.clone() for k, v in saved["memory"].items()})
+        prior._last_residual, prior._fresh = saved["last_residual"].clone(), saved["fresh"].clone()
+
+
+def _restore_planner(planner: ScriptedPlanner, saved: dict[str, Any]) -> None:
+    rows = {k: v.clone() for k, v in saved.items() if k != "lost"}
+    TeacherMemory(**rows).lend_to(planner)
+    planner.lost = saved["lost"].clone()
+
+
+def _tensors(state: Any) -> dict[str, torch.Tensor]:
+    return {f.name: getattr(state, f.name).clone() for f in fields(state)}

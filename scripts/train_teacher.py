@@ -1,0 +1,74 @@
+"""hv-train-teacher: trains a teacher by stages, or a whole system by a recipe; goes on where it was.
+
+hv-train-teacher stage=1                        one stage (configs/teacher_stage1.yaml)
+hv-train-teacher recipe=wo_stage2               all stages of a system or ablation (configs/wo_stage2.yaml)
+hv-train-teacher stage=1 env.num_envs=64 output=runs/try dagger.samples=1e6       anything may be overridden
+
+Stages: 1 single objects from many starts, 2 let go and step back, 3 the second object after teacher 1 has placed the
+first. Keys are those of hv_teachers.teacher_config.TeacherTrainingConfig, dotted, and `output`. With a recipe they hold
+for every stage; `reuse.STAGE=FOLDER` takes a stage from another training.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+
+def parse(arguments: list[str]) -> dict[str, Any]:
+    """`key=value` arguments; values are YAML.
+
+    Raises:
+        ValueError: an argument has no `=`, or a key is given twice.
+    """
+    values: dict[str, Any] = {}
+    for argument in arguments:
+        key, sign, text = argument.removeprefix("--").partition("=")
+        if not sign or not key:
+            raise ValueError(f"{argument!r}: not valid; valid: key=value, such as stage=1")
+        if key in values:
+            raise ValueError(f"{key}: given twice")
+        try:
+            values[key] = yaml.safe_load(text)
+        except yaml.YAMLError:
+            raise ValueError(
+                f"{key}: {text!r} is not valid; valid: a number, true, false, null, a name or [a, b]"
+            ) from None
+    return values
+
+
+def main() -> int:
+    arguments = sys.argv[1:]
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print(__doc__)
+        return 0
+    try:
+        values = parse(arguments)
+        from hv_teachers.teacher_config import read_yaml, training_config
+        from hv_teachers.teacher_recipe import read_recipe, train_recipe
+        from hv_teachers.teacher_training import train_teacher
+
+        output = values.pop("output", None)
+        if "recipe" in values:
+            recipe = read_recipe(str(values.pop("recipe")))
+            folder = Path(str(output or f"runs/teacher/{recipe.name}"))
+            train_recipe(recipe, folder, values)
+            print(f"teachers: {folder}", f"measure: hv-eval --policy=teacher --weights={folder} --suite=seen", sep="\n")
+            return 0
+        stage = values.pop("stage", None)
+        if stage not in (1, 2, 3):
+            raise ValueError(f"stage: {stage!r} is not valid; valid: 1, 2, 3 (or recipe=NAME)")
+        config = training_config(read_yaml(f"teacher_stage{stage}"), values)
+        weights = train_teacher(config, Path(str(output or f"runs/teacher/stage{stage}")))
+    except (ValueError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    print(f"weights: {weights}", f"curve: {weights.with_name('curve.csv')}", sep="\n")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
