@@ -42,9 +42,12 @@ class TeacherMemory:
         )
 
     def reset(self, ids: Tensor) -> None:
-        """Environments `ids` (n,) begin anew; what was remembered of the hands stays, as in the planner."""
+        """Environments `ids` (n,) begin anew, and nothing of what was before shall matter."""
         self.phase[ids] = int(Phase.APPROACH)
         self.clock_s[ids] = 0.0
+        self.from_hands[ids] = 0.0
+        self.offset[ids] = 0.0
+        self.from_object_w[ids] = 0.0
         self.start_height[ids] = -1.0
 
     def clone(self) -> TeacherMemory:

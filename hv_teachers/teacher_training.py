@@ -154,18 +154,20 @@ class _Trainer:
                 action = env.follow(label, expert & env.learning, decision)
                 _count(sums, env.act(seen, action), env)
         samples = Samples.join(parts)
-        self.samples += env.num_envs * config.round_steps
-        self.buffer.add(self.round, samples)
-        self.round += 1
         simulated = time.time() - begun
+        self.round += 1
+        self.samples += max(1, len(samples))
+        row = {"beta": round(beta, 4), **_means(sums, config.round_steps), "simulated_s": simulated}
+        if not len(samples):
+            return row  # the first teacher was never done
+        self.buffer.add(self.round, samples)
         if not self.network.normalized:
             self.network.set_normalization(samples.sights.float())
         data = self.buffer.all()
         batches = max(1, round(config.replays * len(samples) / config.batch_size))
         share = min(1.0, self.samples / max(1, config.samples))
         rate = config.learning_rate * (config.final_learning_rate / config.learning_rate) ** share
-        shown = self._imitate(self.network, self.optimizer, data, batches, rate)
-        return {"beta": round(beta, 4), **shown, **_means(sums, config.round_steps), "simulated_s": simulated}
+        return row | self._imitate(self.network, self.optimizer, data, batches, rate)
 
     def _imitate(
         self, network: TeacherNetwork, optimizer: torch.optim.Optimizer, data: Samples, batches: int, rate: float

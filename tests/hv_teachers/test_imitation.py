@@ -1,0 +1,68 @@
+"""The ring of imitation samples, on disk and in memory, and a network that learns a known rule from it."""
+
+import torch
+
+from hv_teachers.imitation import ImitationBuffer, Samples, imitation_loss
+from hv_teachers.teacher_memory import NUM_PHASES
+from hv_teachers.teacher_network import ANCHOR_DIM, SIGHT_DIM, TeacherConfig, TeacherNetwork
+
+
+def samples(num: int, seed: int) -> Samples:
+    """A rule to be learned: the phase goes on when the second sight is positive; the hands go to one of two places."""
+    generator = torch.Generator().manual_seed(seed)
+    sights = torch.randn(num, SIGHT_DIM, generator=generator)
+    anchors = torch.randn(num, ANCHOR_DIM, generator=generator).clamp(-1.4, 1.4)
+    before, after = torch.randn(num, 18, generator=generator), torch.randn(num, 18, generator=generator)
+    before[:, 0] = torch.randint(NUM_PHASES - 1, (num,), generator=generator).float()
+    before[:, 1] = after[:, 1] = 1.0
+    phase = before[:, 0].long() + (sights[:, 1] > 0)
+    after[:, 0] = phase.float()
+    places = anchors.view(num, 7, 2, 3)
+    hands = torch.where((phase % 2 == 0)[:, None, None], places[:, 2], places[:, 5])
+    action = torch.zeros(num, 14)
+    action[:, 5:8], action[:, 8:11] = hands[:, 1] / 0.1, hands[:, 0] / 0.1
+    action[:, 0] = phase.float() / 5
+    return Samples(sights.half(), anchors.half(), torch.zeros(num, dtype=torch.int32), before, after, phase, action)
+
+
+def test_learns_a_rule():
+    torch.manual_seed(0)
+    network = TeacherNetwork(TeacherConfig(hidden=(64,), phase_hidden=(32,), geometry=4))
+    data = samples(6000, 0)
+    network.set_normalization(data.sights.float())
+    optimizer = torch.optim.Adam(network.parameters(), lr=3e-3)
+    geometry = torch.zeros(1, 600)
+    for _ in range(250):
+        batch = data.at(torch.randint(len(data), (256,)))
+        loss, _ = imitation_loss(network, batch, geometry[batch.shape.long()], 5.0)
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+    test = samples(500, 1)
+    with torch.no_grad():
+        _, shown = imitation_loss(network, test, geometry[test.shape.long()], 5.0)
+        said = network.from_units(
+            network(test.sights.float(), test.anchors.float(), geometry.expand(500, -1), test.memory)
+        )
+    error = (said[:, 5:11] - 0.1 * test.action[:, 5:11]).abs()
+    inside = (0.1 * test.action[:, 5:11]).abs() < 0.3
+    assert shown["phase_wrong"] < 0.15
+    assert error[inside].median() < 0.1
+
+
+def test_ring_and_files(tmp_path):
+    buffer = ImitationBuffer(tmp_path, capacity=25)
+    shapes = torch.randn(3, 600)
+    assert buffer.shape_rows(shapes[[0, 1, 0]]).tolist() == [0, 1, 0]
+    for number in range(4):
+        buffer.add(number, samples(10, number))
+    assert sorted(buffer.rounds) == [2, 3]
+    assert len(list(tmp_path.iterdir())) == 4  # until a checkpoint no longer needs them
+    state = buffer.state()
+    buffer.forget_files()
+    again = ImitationBuffer(tmp_path, capacity=25)
+    again.restore(state)
+    for name, value in buffer.all().tensors().items():
+        assert torch.equal(value, getattr(again.all(), name))
+    assert again.shape_rows(shapes[[2, 1]]).tolist() == [2, 1]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["round_00002.safetensors", "round_00003.safetensors"]

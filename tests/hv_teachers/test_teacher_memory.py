@@ -1,0 +1,75 @@
+"""The teacher's memory against the planner's own, over a real approach, lift and carry."""
+
+import pytest
+import torch
+
+from hv_sim.task import load_task
+from hv_sim.world import RearrangeWorld
+from hv_teachers.expert import PlannerExpert
+from hv_teachers.planner import Phase, ScriptedPlanner
+from hv_teachers.routes import RouteViews
+from hv_teachers.teacher_memory import VECTOR_DIM, TeacherMemory
+
+
+@pytest.fixture(scope="module")
+def trail():
+    """Views, planner states after each step, and intents, of two rooms up to the carrying."""
+    world = RearrangeWorld([load_task("living_room_8"), load_task("living_room_3")], num_threads=1)
+    world.reset(seeds=[11, 12])
+    expert, routes = PlannerExpert(2), RouteViews(2)
+    steps = []
+    for _ in range(420):
+        before = TeacherMemory.of_planner(expert.planner)
+        fresh = torch.tensor([r is None for r in expert.routes._routes])
+        intent, targets = expert(world)
+        routes.follow(world)
+        steps.append((before, routes.view(world), intent, TeacherMemory.of_planner(expert.planner), fresh))
+        world.step(targets)
+        if (expert.planner.phase > Phase.CARRY).any():
+            break
+    assert (expert.planner.phase >= Phase.LIFT).any()
+    return steps
+
+
+def test_told_the_phases_it_remembers_what_the_planner_does(trail):
+    memory = TeacherMemory.of(2)
+    for _, view, _, after, _ in trail:
+        memory.advance(after.phase, view)
+        memory.tick()
+        begun = after.phase >= Phase.LIFT
+        torch.testing.assert_close(memory.clock_s, after.clock_s)
+        torch.testing.assert_close(memory.start_height, after.start_height)
+        for name in ("from_hands", "offset", "from_object_w"):
+            torch.testing.assert_close(getattr(memory, name)[begun], getattr(after, name)[begun])
+
+
+def test_a_planner_that_borrows_the_memory_says_the_same(trail):
+    for before, view, intent, after, fresh in trail[1:]:
+        if fresh.any() or (before.start_height < 0).any():
+            continue  # a reset came in between
+        other = ScriptedPlanner(2)
+        before.lend_to(other)
+        torch.testing.assert_close(other(view), intent)
+        assert torch.equal(other.phase, after.phase)
+
+
+def test_going_back_from_holding_means_lost(trail):
+    _, view, _, _, _ = trail[-1]
+    memory = TeacherMemory.of(2)
+    memory.advance(torch.tensor([int(Phase.CARRY), int(Phase.REACH)]), view)
+    memory.tick()
+    lost = memory.advance(torch.tensor([int(Phase.APPROACH), int(Phase.APPROACH)]), view)
+    assert lost.tolist() == [True, False]
+    assert memory.clock_s.tolist() == [0.0, 0.0]
+    assert memory.start_height[0] < 0 < memory.start_height[1]
+
+
+def test_vector_and_rows(trail):
+    _, view, _, after, _ = trail[-1]
+    assert after.vector(view).shape == (2, VECTOR_DIM)
+    other = TeacherMemory.of(2)
+    merged = after.where(torch.tensor([True, False]), other)
+    assert merged.phase.tolist() == [int(after.phase[0]), 0]
+    merged.reset(torch.tensor([0]))
+    assert merged.phase.tolist() == [0, 0]
+    assert after.phase[0] != 0
