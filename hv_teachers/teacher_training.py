@@ -62,10 +62,9 @@ class _Trainer:
     def __init__(self, config: TeacherTrainingConfig, output: Path, progress: bool) -> None:
         self.config, self.output, self.progress = config, output, progress
         self.weights = output / "teacher.safetensors"
-        output.mkdir(parents=True, exist_ok=True)
         resume = output / "resume.pt"
-        saved = torch.load(resume, weights_only=True) if resume.exists() else None
-        _check_same(config, output / "config.yaml", saved is not None)
+        if resume.exists():
+            _check_same(config, output / "config.yaml")
         torch.set_num_threads(1)  # small operations: more threads only wait for each other
         torch.manual_seed(config.seed)
         self.tasks = practice_tasks(config.tasks, config.part)
@@ -77,6 +76,9 @@ class _Trainer:
         if self.first is not None and self.first.config.memory != config.teacher.memory:
             raise ValueError(f"first_teacher: {config.first_teacher} has memory {self.first.config.memory!r}; "
                              f"valid: {config.teacher.memory!r}")  # fmt: skip
+        output.mkdir(parents=True, exist_ok=True)
+        _write_yaml(config, output / "config.yaml")
+        saved = torch.load(resume, weights_only=True) if resume.exists() else None
         self.network.train()
         self.optimizer = torch.optim.Adam(self.network.parameters(), lr=config.dagger.learning_rate)
         self.buffer = ImitationBuffer(output / "data", config.dagger.buffer)
@@ -399,15 +401,16 @@ def _means(sums: dict[str, float], steps: int) -> dict[str, float]:
     return row
 
 
-def _check_same(config: TeacherTrainingConfig, path: Path, resuming: bool) -> None:
+def _check_same(config: TeacherTrainingConfig, path: Path) -> None:
     """Refuses to go on with another configuration; sample counts and threads may differ."""
-    ours = plain(config)
-    if resuming and path.exists():
-        theirs = yaml.safe_load(path.read_text(encoding="utf-8"))
-        free = {"dagger.samples", "ppo.samples", "env.num_threads", "checkpoint_every", "name"}
-        other = [name for name in differences(ours, theirs) if name not in free]
-        if other:
-            raise ValueError(f"{path.parent}: holds a training with another {', '.join(other)}; choose another output")
+    theirs = yaml.safe_load(path.read_text(encoding="utf-8")) if path.exists() else {}
+    free = {"dagger.samples", "ppo.samples", "env.num_threads", "checkpoint_every", "name"}
+    other = [name for name in differences(plain(config), theirs) if name not in free]
+    if other:
+        raise ValueError(f"{path.parent}: holds a training with another {', '.join(other)}; choose another output")
+
+
+def _write_yaml(config: TeacherTrainingConfig, path: Path) -> None:
     temporary = path.with_suffix(".tmp")
-    temporary.write_text(yaml.safe_dump(ours, sort_keys=False), encoding="utf-8")
+    temporary.write_text(yaml.safe_dump(plain(config), sort_keys=False), encoding="utf-8")
     temporary.replace(path)

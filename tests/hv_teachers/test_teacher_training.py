@@ -135,3 +135,4 @@ def test_another_network_cannot_be_the_beginning(whole, tmp_path):
     values = read_yaml("teacher_stage2") | {"init": str(whole / "teacher.safetensors")}
     with pytest.raises(ValueError, match=r"init: .* is another network; teacher must be"):
         train_teacher(training_config(values, {"tasks": "living_room"}), tmp_path, progress=False)
+    assert not any(tmp_path.iterdir())  # nothing was begun
