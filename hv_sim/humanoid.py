@@ -80,10 +80,9 @@ KP, KD, TORQUE_LIMIT = np.array([_servo_gains(n) for n in JOINT_NAMES]).T
 # Collision bits: the robot collides with itself and with everything, the environment with the robot and with itself.
 ROBOT_CONTYPE, ENVIRONMENT_CONTYPE, ALL_CONAFFINITY = 1, 2, 3
 
-HAND_FRICTION = [1.0, 0.01, 0.0001]
+HAND_FRICTION = [1.0, 0.002, 0.0001]
 """Sliding, torsional (m) and rolling (m). With little torsion an object gripped above its centre hangs upright
-between the
-hands while the forearms turn; with 0.05 it turned with them, and heavy ones slipped away."""
+between the hands while the forearms turn; with .01 it turned with them by half a radian."""
 
 _SKIN = (0.80, 0.83, 0.88, 1.0)
 _DARK = (0.22, 0.25, 0.31, 1.0)

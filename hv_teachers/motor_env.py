@@ -414,7 +414,8 @@ def draw_intents(rng: np.random.Generator, n: int) -> Tensor:
     intent[turn, 2] = 1.5 * u[turn, 2]
     bend = mode == 5
     height = np.interp(u[:, 3], [-1, 1], [0.42, 0.86])
-    pitch = np.clip((0.86 - height) / 0.44 * 1.4 + 0.3 * u[:, 4], 0.0, 1.4)
+    # deep in the knees, or from the hips
+    pitch = np.clip((0.86 - height) / 0.44 * 1.4 + np.where(u[:, 7] > 0.3, 0.8, 0.3) * u[:, 4], 0.0, 1.4)
     # upright or bent: slow while bent
     intent[:, HEIGHT] = np.where(bend, height, np.interp(u[:, 3], [-1, 1], [0.78, 0.86]))
     intent[:, PITCH] = np.where(bend, pitch, 0.1 + 0.1 * u[:, 4])

@@ -21,8 +21,10 @@ from hv_sim.navigation import stand_distance_m
 
 TABLE_HALF_M = (0.3, 0.5)
 """Half depth and half width of a support."""
-TABLE_AHEAD_M = 0.14
-"""How far the middle of a support lies beyond the object's place, which is near the edge, seen from the stand."""
+EDGE_M = (0.02, 0.12)
+"""Room between a box on a support and the support's edge."""
+EDGE_STAND_M = 0.22
+"""Between the edge and the middle of the robot that stands before it: its toes and knees need as much."""
 BEHIND_M = 0.5
 PASSING_M = 0.55
 """Clearance of a robot's middle that carries a box past a table."""
@@ -55,6 +57,7 @@ class CarryTask:
     pick_stand: np.ndarray  # (3,) x, y, yaw
     place_stand: np.ndarray  # (3,)
     support_m: tuple[float, float]
+    table_ahead_m: tuple[float, float]  # of the middle of each support beyond the box's place, seen from the stand
 
 
 def draw_carry_task(rng: np.random.Generator, load: LoadRange) -> CarryTask:
@@ -64,25 +67,32 @@ def draw_carry_task(rng: np.random.Generator, load: LoadRange) -> CarryTask:
     heaviest = min(load.mass_kg[1], 900.0 * width * depth * height + 1.0)
     mass = rng.uniform(load.mass_kg[0], heaviest)
     supports = tuple(0.0 if rng.random() < load.floor_share else rng.uniform(*load.support_m) for _ in range(2))
-    stands = [stand_distance_m(depth, s) for s in supports]
+    edges = [depth / 2 + rng.uniform(*EDGE_M) for _ in supports]
+    ahead = [TABLE_HALF_M[0] - e for e in edges]
+    stands = [
+        max(stand_distance_m(depth, s), e + EDGE_STAND_M if s > 0 else 0.0)
+        for s, e in zip(supports, edges, strict=True)
+    ]
     pick = np.array([-stands[0], 0.0, 0.0])
     while True:
         bearing = rng.uniform(0.35 * np.pi, 1.65 * np.pi)
         far = rng.uniform(*load.walk_m)
         place = np.array([pick[0] + far * np.cos(bearing), far * np.sin(bearing), rng.uniform(-1, 1) * load.turn_rad])
         goal = place[:2] + stands[1] * np.array([np.cos(place[2]), np.sin(place[2])])
-        tables = [t for t, s in zip(((0.0, 0.0, 0.0), (*goal, place[2])), supports, strict=True) if s > 0]
+        tables = [(0.0, 0.0, 0.0, ahead[0])] if supports[0] > 0 else []
+        tables += [(*goal, place[2], ahead[1])] if supports[1] > 0 else []
         if np.linalg.norm(goal) > 1.0 and np.linalg.norm(goal - pick[:2]) > 0.9 and _way_is_free(pick, place, tables):
             break
     return CarryTask(
         half_extents_m=np.array([depth, width, height]) / 2,
         mass_kg=float(mass),
-        grasp_height_m=float(rng.uniform(0.15, 0.3) * height),
+        grasp_height_m=float(min(rng.uniform(0.15, 0.3) * height, height / 2 - 0.05)),
         start_pos=np.array([0.0, 0.0, supports[0] + height / 2]),
         goal_pos=np.array([goal[0], goal[1], supports[1] + height / 2]),
         pick_stand=pick,
         place_stand=place,
         support_m=(float(supports[0]), float(supports[1])),
+        table_ahead_m=(float(ahead[0]), float(ahead[1])),
     )
 
 
@@ -91,12 +101,12 @@ def behind(stand: np.ndarray) -> np.ndarray:
     return stand[:2] - BEHIND_M * np.array([np.cos(stand[2]), np.sin(stand[2])])
 
 
-def _way_is_free(pick: np.ndarray, place: np.ndarray, tables: list[tuple[float, float, float]]) -> bool:
+def _way_is_free(pick: np.ndarray, place: np.ndarray, tables: list[tuple[float, float, float, float]]) -> bool:
     """Whether a robot with a load passes the tables on its straight way from behind one stand to behind the other."""
     way = np.linspace(behind(pick), behind(place), 40)
-    for x, y, yaw in tables:
+    for x, y, yaw, ahead in tables:
         c, s = np.cos(yaw), np.sin(yaw)
-        local = (way - [x, y]) @ np.array([[c, -s], [s, c]]) - [TABLE_AHEAD_M, 0.0]
+        local = (way - [x, y]) @ np.array([[c, -s], [s, c]]) - [ahead, 0.0]
         if (np.maximum(np.abs(local) - TABLE_HALF_M[:2], 0.0) ** 2).sum(1).min() < PASSING_M**2:
             return False
     return True
@@ -135,10 +145,10 @@ def compile_ground(
 
 def _add_load(spec: mujoco.MjSpec, task: CarryTask, grip: float) -> None:
     places = ((task.start_pos, 0.0), (task.goal_pos, task.place_stand[2]))
-    for i, ((pos, yaw), support) in enumerate(zip(places, task.support_m, strict=True)):
+    for i, ((pos, yaw), support, further) in enumerate(zip(places, task.support_m, task.table_ahead_m, strict=True)):
         if support < 0.05:
             continue
-        ahead = np.array([np.cos(yaw), np.sin(yaw)]) * TABLE_AHEAD_M
+        ahead = np.array([np.cos(yaw), np.sin(yaw)]) * further
         table = spec.worldbody.add_geom(
             name=f"support_{i}", type=mujoco.mjtGeom.mjGEOM_BOX, size=[*TABLE_HALF_M, support / 2]
         )

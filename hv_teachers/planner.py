@@ -54,7 +54,7 @@ class PlannerConfig:
     lift_s: float = 1.6
     lower_s: float = 1.2
     lower_s_per_m: float = 1.2
-    touch_m: float = 0.02
+    touch_m: float = 0.028
     """An object that stays so far above where it was lowered to has touched something: its support."""
     open_m: float = 0.12
     """Gap between hand and object when it is let go."""
@@ -103,6 +103,7 @@ class ScriptedPlanner:
         self._from_hands = torch.zeros(num_envs, 2, 3)  # heading frame, at the start of LIFT and LOWER
         self._offset = torch.zeros(num_envs, 2, 3)  # hands relative to the object when it was grasped, heading frame
         self._from_object = torch.zeros(num_envs, 3)
+        self._let_go = torch.zeros(num_envs, 2, 3)  # where the object was touched when it was let go, world frame
         self._start_height = torch.zeros(num_envs)
 
     def reset(self, ids: Tensor | None = None, phase: Tensor | int = Phase.APPROACH) -> None:
@@ -112,6 +113,7 @@ class ScriptedPlanner:
         self.clock_s[ids] = 0.0
         self.lost[ids] = False
         self._start_height[ids] = -1.0
+        self._let_go[ids] = 0.0
 
     def __call__(self, view: PlannerView) -> Tensor:
         """(N, 14) intents for this control step."""
@@ -153,7 +155,8 @@ class ScriptedPlanner:
         correction = lowered[:, 0] - obj
         correction = correction.clamp(-0.06, 0.06) * (during(Phase.LOWER).float() * lower_share)[:, None]
         lowered = lowered + self._offset + correction[:, None] * 0.5
-        opened = grasp + outward * (HAND_RADIUS_M + c.open_m)
+        let_go = _to_heading(view, self._let_go)
+        opened = let_go + outward * (HAND_RADIUS_M + c.open_m)
         hand = neutral
         hand = torch.where(during(Phase.REACH)[:, None, None], pre_grasp, hand)
         hand = torch.where(during(Phase.SQUEEZE)[:, None, None], contact, hand)
@@ -170,7 +173,8 @@ class ScriptedPlanner:
         feet = _to_heading(view, torch.cat([view.feet_xy, torch.zeros_like(view.feet_xy[:, :1])], -1)[:, None])[:, 0]
 
         def bent_to(hands: Tensor) -> tuple[Tensor, Tensor]:
-            return reach_posture(hands[..., 2].mean(-1), hands[..., 0].mean(-1) - feet[:, 0])
+            apart = (hands[:, 0] - hands[:, 1]).norm(dim=-1)
+            return reach_posture(hands[..., 2].mean(-1), hands[..., 0].mean(-1) - feet[:, 0], apart)
 
         low_height, low_pitch = bent_to(grasp)
         place_height, place_pitch = bent_to(lowered)
@@ -262,6 +266,8 @@ class ScriptedPlanner:
         begun = changed & ((next_phase == Phase.LIFT) | (next_phase == Phase.LOWER))
         if begun.any():
             self._remember(begun, view, hands, obj)
+        released = (next_phase == Phase.RELEASE) & (changed | (self._let_go.abs().sum((1, 2)) == 0))
+        self._let_go = torch.where(released[:, None, None], view.grasp, self._let_go)
         self.phase = next_phase
         self.clock_s = torch.where(changed, torch.zeros_like(clock), clock)
 
@@ -277,10 +283,12 @@ class ScriptedPlanner:
 
     def _lowered(self, view: PlannerView) -> tuple[Tensor, Tensor]:
         """(N, 3) where the object should be by now while it is lowered, world frame, and the share of the way (N,)."""
-        share = _smooth(self.clock_s / self._lower_s(view))
+        time = self.clock_s / self._lower_s(view)
+        across, down = _smooth(time / 0.6), _smooth((time - 0.25) / 0.75)
         goal = view.goal_pos.clone()
         goal[:, 2] -= 0.01
-        return self._from_object + (goal - self._from_object) * share[:, None], share
+        share = torch.stack([across, across, down], -1)
+        return self._from_object + (goal - self._from_object) * share, across
 
     def _carry_hands(self, view: PlannerView) -> Tensor:
         """(N, 2, 3) hands that hold the object before the chest, heading frame."""

@@ -34,7 +34,7 @@ class BalanceConfig:
     sole_heel_m: float = 0.035
     sole_half_width_m: float = 0.035
     sole_yaw_limit: float = 15.0
-    squeeze_force: float = 120.0
+    squeeze_force: float = 190.0
     grounded_mass_kg: float = 5.0
     load_gain: float = 0.25
     load_limit: float = 110.0
@@ -129,9 +129,9 @@ def measured_arm_angles(state: BodyState, near: Tensor) -> Tensor:
 def estimate_load(state: BodyState, memory: ReferenceState, config: BalanceConfig) -> Tensor:
     """(N,) weight between the hands in N, from what the arms' servos exert beyond the arms' own weight.
 
-    Each hand's force is the least-squares solution of J^T f = tau over the arm's joints, with tau = kp (target - q)
-    - kd dq
-    less the arm's weight. Filtered, and only while the hands squeeze. Updates `memory.load` and `memory.arm_angles`.
+    Each hand's force, up and sideways, is the least-squares solution of J^T f = tau over the arm's joints, with
+    tau = kp (target - q) - kd dq less the arm's weight. Filtered, and only while the hands squeeze. Updates
+    `memory.load` and `memory.arm_angles`.
     """
     angles = measured_arm_angles(state, memory.arm_angles)
     kp = torch.stack([body.KP[j] for j in body.ARM_JOINTS]).to(angles)
@@ -141,9 +141,15 @@ def estimate_load(state: BodyState, memory: ReferenceState, config: BalanceConfi
     exerted = exerted - _arm_weight(state, axes, origins)
     hand = state.pos[:, body.HANDS]
     jacobian = torch.linalg.cross(axes, hand[..., None, :] - origins)  # (N, 2, 4, 3)
-    gram = jacobian.mT @ jacobian + 0.002 * torch.eye(3, dtype=angles.dtype, device=angles.device)
-    force = torch.linalg.solve(gram, jacobian.mT @ exerted[..., None])[..., 0]
-    lift = force[..., 2].sum(1).clamp(0.0, config.load_limit)
+    # what the hands hold pulls them down and apart; along a stretched arm a free force could not be told from nothing
+    between = hand[:, 1] - hand[:, 0]
+    between = between / between.norm(dim=-1, keepdim=True).clamp(min=0.05)
+    up = torch.zeros_like(between)
+    up[:, 2] = 1.0
+    effect = torch.stack([(jacobian * d[:, None, None]).sum(-1) for d in (up, between)], -1)  # (N, 2, 4, 2)
+    gram = effect.mT @ effect + 1e-3 * torch.eye(2, dtype=angles.dtype, device=angles.device)
+    force = torch.linalg.solve(gram, effect.mT @ exerted[..., None])[..., 0]
+    lift = force[..., 0].sum(1).clamp(0.0, config.load_limit)
     memory.arm_angles = angles
     memory.load = memory.load + config.load_gain * (lift * (memory.squeeze > 0.5) - memory.load)
     return memory.load
