@@ -163,6 +163,8 @@ class AmpPPO(PPO):
     Args:
         motion_set: what good style looks like; None switches the style reward off.
         style: see `StyleConfig`.
+        reward_scale: of the sum of both rewards. rsl_rl's critic moves by at most its clip an update: returns must not
+            be much larger than a few units, and rewards of .7 a step make returns of 70.
         others: rsl_rl's PPO.
     """
 
@@ -173,6 +175,7 @@ class AmpPPO(PPO):
         storage: RolloutStorage,
         motion_set: MotionSet | None = None,
         style: StyleConfig | None = None,
+        reward_scale: float = 1.0,
         **others: Any,
     ) -> None:
         masked = MaskedRolloutStorage(
@@ -185,6 +188,7 @@ class AmpPPO(PPO):
         )
         super().__init__(actor, critic, masked, **others)
         self.style = style or StyleConfig()
+        self.reward_scale = reward_scale
         self.motion_set = motion_set if self.style.weight > 0 else None
         self.discriminator = Discriminator(self.style.hidden).to(self.device)
         self.style_optimizer = torch.optim.Adam(self.discriminator.parameters(), lr=self.style.learning_rate)
@@ -202,7 +206,7 @@ class AmpPPO(PPO):
                 self.last_style_reward = style_reward(self.discriminator(windows), rewards, self.style.floor)
             rewards = rewards + self.style.weight * self.last_style_reward
             self._windows.append(windows[valid])
-        super().process_env_step(obs, rewards, dones, extras)
+        super().process_env_step(obs, self.reward_scale * rewards, dones, extras)
 
     def compute_returns(self, obs: TensorDict) -> None:
         super().compute_returns(obs)

@@ -84,6 +84,7 @@ def build_ppo(
             "class_name": "hv_teachers.amp:AmpPPO",
             "motion_set": motion_set,
             "style": style,
+            "reward_scale": config.reward_scale,
             "num_learning_epochs": config.epochs,
             "num_mini_batches": config.mini_batches,
             "learning_rate": config.learning_rate,

@@ -34,6 +34,7 @@ def make(style: StyleConfig | None = None) -> AmpPPO:
         "algorithm": {
             "class_name": "hv_teachers.amp:AmpPPO",
             "motion_set": MotionSet.of([torch.randn(40, FRAME_DIM) + 2.0]),
+            "reward_scale": 0.5,
             "style": style or StyleConfig(hidden=(16,), batch_size=16, replay_keep=10, replay_size=25),
         },
         "actor": {**network, "distribution_cfg": noise},
@@ -101,7 +102,7 @@ def test_style_is_added_before_the_update_and_learned():
     assert isinstance(ppo, AmpPPO)
     rollout(ppo, 0)
     stored = ppo.storage.rewards[-1, :, 0]
-    torch.testing.assert_close(stored, 0.5 + ppo.last_style_reward)
+    torch.testing.assert_close(stored, 0.5 * (0.5 + ppo.last_style_reward))
     assert (ppo.last_style_reward <= 0.5).all()
     for seed in range(40):
         ppo.update()
