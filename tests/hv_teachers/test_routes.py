@@ -1,0 +1,66 @@
+"""What the planner and the teachers look at, against navigator and scenes, one environment at a time."""
+
+import numpy as np
+import torch
+
+from hv_sim.task import load_task
+from hv_sim.world import RearrangeWorld
+from hv_teachers.routes import RouteViews, replan_routes
+
+
+def make():
+    world = RearrangeWorld([load_task("living_room_3"), load_task("living_room_8")], num_threads=1)
+    world.reset(seeds=[4, 5])
+    routes = RouteViews(2)
+    return world, routes
+
+
+def test_views_are_the_routes():
+    world, routes = make()
+    assert routes.follow(world).tolist() == [0, 1]
+    view = routes.view(world)
+    for i, route in enumerate(world.navigator.routes):
+        scene, k = world.scenes[i], int(world.object_index[i])
+        position, rotation = (x[i, k].double().numpy() for x in (world.state.object_pos_w, world.state.object_rot_w))
+        left, right = scene.grasps_o[k, route.grasp_index]
+        np.testing.assert_allclose(view.grasp[i], [position + rotation @ right, position + rotation @ left], atol=1e-5)
+        np.testing.assert_allclose(view.pick_stand[i], route.pick_stand_xy_yaw, atol=1e-6)
+        np.testing.assert_allclose(view.place_stand[i], route.place_stand_xy_yaw, atol=1e-6)
+        assert view.depth_m[i].item() == np.float32(2 * scene.half_extents_m[k][route.grasp_index % 2])
+        np.testing.assert_allclose(view.goal_pos[i], scene.goal_pos_w[0], atol=1e-6)
+        # at the pick stand the robot faces the object, its right hand's grasp to its right
+        yaw = route.pick_stand_xy_yaw[2]
+        forward, left_of = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
+        assert (position[:2] - route.pick_stand_xy_yaw[:2]) @ forward > 0.2
+        assert (view.grasp[i, 1, :2] - view.grasp[i, 0, :2]).numpy() @ left_of > 0.05
+    torch.testing.assert_close(view.root_xy, world.state.link_pos_w[:, 0, :2])
+
+
+def test_only_what_was_planned_anew_is_new():
+    world, routes = make()
+    routes.follow(world)
+    assert len(routes.follow(world)) == 0
+    replan_routes(world, torch.tensor([1]))
+    assert routes.follow(world).tolist() == [1]
+    routes.reset(torch.tensor([0]))
+    assert routes.follow(world).tolist() == [0]
+    replan_routes(world, torch.zeros(0, dtype=torch.long))
+    assert len(routes.follow(world)) == 0
+
+
+def test_the_last_waypoint_of_each_leg():
+    world, routes = make()
+    routes.follow(world)
+    route, navigator = world.navigator.routes[0], world.navigator
+    first_leg, whole = len(route.waypoints_to_object), len(route.waypoints_to_object) + len(route.waypoints_to_goal)
+    found = []
+    for index in range(whole):
+        navigator.waypoint_index[0] = index
+        found.append(bool(routes.view(world).waypoint_is_last[0]))
+    assert [i for i, last in enumerate(found) if last] == [first_leg - 1, whole - 1]
+    navigator.waypoint_index[0] = first_leg - 1
+    assert navigator.leg_is_done[0]
+    navigator.picked_up[0] = True
+    assert not navigator.leg_is_done[0]
+    navigator.waypoint_index[0] = whole - 1
+    assert navigator.leg_is_done[0]
