@@ -33,6 +33,7 @@ class Sight:
     view: PlannerView
     sights: Tensor  # (N, SIGHT_DIM)
     geometry: Tensor  # (N, 600)
+    half_extents: Tensor  # (N, 3)
 
 
 @dataclass
@@ -81,7 +82,8 @@ class TeacherSenses:
         observation = world.observe()
         navigator = world.navigator
         seen = sight(observation, view, navigator.leg_is_done, navigator.picked_up)
-        return Sight(observation.proprioception, view, seen, observation.bps.flatten(1))
+        geometry = observation.bps.flatten(1)
+        return Sight(observation.proprioception, view, seen, geometry, observation.half_extents)
 
     def decide(self, networks: Sequence[TeacherNetwork], who: Tensor, seen: Sight) -> Decision:
         """Lets network `who` (N,) of `networks` decide in each environment, and moves the memory on."""

@@ -12,15 +12,16 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
+from hv_policy.motor.embodiment import CONTROL_DT_S
 from hv_policy.motor.prior import MotorPrior
 from hv_sim.instructor import InstructorConfig
+from hv_sim.metrics import SUCCESS_THRESHOLDS_M
 from hv_sim.task import Task
 from hv_sim.world import STEPS_PER_SUBTASK, RearrangeWorld
 from hv_teachers.planner import Phase, ScriptedPlanner
 from hv_teachers.rewards import (
     RetreatRewardConfig,
     TaskRewardConfig,
-    object_goal_distance_m,
     read_world,
     retreat_rewards,
     surface_points,
@@ -181,7 +182,7 @@ class TeacherEnv:
             memory.lend_to(self.planner)
         intent = self.planner(seen.view)
         after = TeacherMemory.of_planner(self.planner)
-        after.clock_s = after.clock_s - (1.0 / 30.0)  # the planner's step has passed already
+        after.clock_s = after.clock_s - CONTROL_DT_S  # the planner's step has passed already
         vector = after.vector(seen.view)
         if self.senses.remembers_phase:
             anchors, inputs = hand_anchors(seen.view, vector), vector
@@ -230,8 +231,7 @@ class TeacherEnv:
         return outcome
 
     def _rewards(self, seen: Sight) -> dict[str, Tensor]:
-        half = seen.sights[:, 250:253]
-        points = surface_points(seen.geometry.unflatten(-1, (-1, 3)), half)
+        points = surface_points(seen.geometry.unflatten(-1, (-1, 3)), seen.half_extents)
         x = read_world(self.world, points, self.start_height)
         if self.config.reward == "retreat":
             return retreat_rewards(x, self.config.retreat_reward)
@@ -248,10 +248,7 @@ class TeacherEnv:
             "fallen": float(sum(r.fallen for r in records)),
             "accepted": float(sum(r.num_finished for r in records)),
             "subtasks": float(sum(len(r.distances_m) for r in records)),
-            "successes": float(sum(sum(r.succeeded(0.4)) for r in records)),
-            "all_successes": float(sum(all(r.succeeded(0.4)) for r in records)),
+            "successes": float(sum(sum(r.succeeded(SUCCESS_THRESHOLDS_M[0])) for r in records)),
+            "all_successes": float(sum(all(r.succeeded(SUCCESS_THRESHOLDS_M[0])) for r in records)),
             "distance": float(sum(sum(r.distances_m) for r in records)),
         }
-
-
-__all__ = ["Label", "Outcome", "TeacherEnv", "TeacherEnvConfig", "object_goal_distance_m"]

@@ -6,7 +6,6 @@ and the training that wrote it goes on from it as well (`hv_teachers.world_snaps
 
 from __future__ import annotations
 
-import csv
 import math
 import time
 from collections import defaultdict
@@ -16,19 +15,18 @@ from typing import Any
 import torch
 import yaml
 from tensordict import TensorDict
-from torch.utils.tensorboard import SummaryWriter
 from tqdm import tqdm
 
 from hv_policy.motor.prior import MotorPrior, load_motor_prior, load_shipped_motor_prior
 from hv_teachers.amp import AmpPPO
 from hv_teachers.curriculum import practice_tasks, share_of_tasks
-from hv_teachers.curves import plot_curve
 from hv_teachers.imitation import ImitationBuffer, Samples, imitation_loss
 from hv_teachers.mocap import motion_clips, wheel_motions
 from hv_teachers.planner import Phase
 from hv_teachers.style import MotionSet, record_motion_set
 from hv_teachers.teacher import Decision
 from hv_teachers.teacher_config import TeacherTrainingConfig, differences, plain
+from hv_teachers.teacher_curve import TrainingCurve, episode_means
 from hv_teachers.teacher_env import Outcome, TeacherEnv
 from hv_teachers.teacher_network import TeacherNetwork, load_teacher, save_teacher
 from hv_teachers.teacher_ppo import build_ppo, network_of, observations
@@ -36,12 +34,6 @@ from hv_teachers.world_snapshot import restore_env, save_env
 
 ITERATIONS_PER_TURN = 12
 """PPO iterations that count as one round for checkpoints and for the tasks' turns."""
-
-CURVES = {
-    "dagger": ("action_loss", "phase_wrong", "success", "all_success", "accepted", "fallen", "distance_m"),
-    "ppo": ("reward", "style_reward", "success", "all_success", "accepted", "fallen", "distance_m", "value_loss"),
-}
-_TIMES = ("minutes", "steps_per_s", "simulation_share")
 
 
 def train_teacher(config: TeacherTrainingConfig, output: Path, *, progress: bool = True) -> Path:
@@ -99,7 +91,7 @@ class _Trainer:
                 self.ppo.load(saved["ppo"], None, strict=True)
                 self.ppo.learning_rate = saved["learning_rate"]
             torch.set_rng_state(saved["rng"])
-        self.curve = _Curve(output, self.samples)
+        self.curve = TrainingCurve(output, self.samples)
         self.started = time.time() - 60 * minutes
 
     def run(self) -> None:
@@ -159,7 +151,7 @@ class _Trainer:
         simulated = time.time() - begun
         self.round += 1
         self.samples += max(1, len(samples))
-        row = {"beta": round(beta, 4), **_means(sums, config.round_steps), "simulated_s": simulated}
+        row = {"beta": round(beta, 4), **episode_means(sums, config.round_steps), "simulated_s": simulated}
         if not len(samples):
             return row  # the first teacher was never done
         self.buffer.add(self.round, samples)
@@ -256,7 +248,7 @@ class _Trainer:
         self.iteration += 1
         self.samples += max(1, learned)
         shown["kl_learning_rate"] = ppo.learning_rate
-        return {**shown, **_means(sums, config.steps_per_iteration), "simulated_s": simulated}
+        return {**shown, **episode_means(sums, config.steps_per_iteration), "simulated_s": simulated}
 
     def _imitate_stored(self, stored: Any, valid: torch.Tensor) -> dict[str, float]:
         """Imitation on what PPO has just seen, so that the phases stay what they are."""
@@ -344,61 +336,11 @@ class _Shapes:
         return self.row.clone()
 
 
-class _Curve:
-    """Rows of `curve.csv` and TensorBoard; what a killed run had written beyond its checkpoint is cut off."""
-
-    def __init__(self, output: Path, samples: int) -> None:
-        self.path = output / "curve.csv"
-        self.rows: list[dict[str, Any]] = []
-        if samples and self.path.exists():
-            with self.path.open() as file:
-                self.rows = [row for row in csv.DictReader(file) if int(row["samples"]) <= samples]
-        self.board = SummaryWriter(str(output / "tensorboard"), purge_step=samples or None)
-
-    def add(self, kind: str, row: dict[str, Any]) -> None:
-        self.rows.append({"kind": kind, **row})
-        for name, value in row.items():
-            self.board.add_scalar(f"{kind}/{name}", float(value), int(row["samples"]))
-
-    def flush(self) -> None:
-        self.board.flush()
-        names: dict[str, None] = {"kind": None, "samples": None}
-        for row in self.rows:
-            names |= dict.fromkeys(row)
-        temporary = self.path.with_suffix(".tmp")
-        with temporary.open("w", newline="") as file:
-            writer = csv.DictWriter(file, fieldnames=list(names), restval="")
-            writer.writeheader()
-            writer.writerows(self.rows)
-        temporary.replace(self.path)
-        for kind, columns in CURVES.items():
-            rows = [row for row in self.rows if row["kind"] == kind]
-            present = [c for c in columns if any(str(row.get(c, "")) != "" for row in rows)]
-            if rows and present:
-                plot_curve(self.path, self.path.with_name(f"curve_{kind}.png"), present, where=("kind", kind))
-
-
 def _count(sums: dict[str, float], outcome: Outcome, env: TeacherEnv) -> None:
     for name, value in outcome.terms.items():
         sums[name] += float(value.mean())
     for name, value in env.ended.items():
         sums["n_" + name] += value
-
-
-def _means(sums: dict[str, float], steps: int) -> dict[str, float]:
-    """Rewards a step, and shares of the episodes that ended."""
-    row = {name: round(value / steps, 5) for name, value in sums.items() if not name.startswith("n_")}
-    episodes, subtasks = sums.get("n_episodes", 0.0), sums.get("n_subtasks", 0.0)
-    row["episodes"] = int(episodes)
-    if episodes:
-        row |= {
-            "success": round(sums["n_successes"] / subtasks, 4),
-            "all_success": round(sums["n_all_successes"] / episodes, 4),
-            "accepted": round(sums["n_accepted"] / subtasks, 4),
-            "fallen": round(sums["n_fallen"] / episodes, 4),
-            "distance_m": round(sums["n_distance"] / subtasks, 4),
-        }
-    return row
 
 
 def _check_same(config: TeacherTrainingConfig, path: Path) -> None:
