@@ -32,7 +32,7 @@ REACH_M = 0.5
 """A waypoint counts as reached at this distance."""
 LOW_SUPPORT_M = 0.3
 """Below this height the robot squats, for which it stands `SQUAT_ROOM_M` farther back."""
-SQUAT_ROOM_M = 0.07
+SQUAT_ROOM_M, SQUAT_STAND_M = 0.07, 0.45
 TOE_ROOM_M = 0.2
 """How far the way to an object keeps from it, so that the robot does not kick what it is to lift."""
 _BACK_OFF_M = 1.0
@@ -309,7 +309,9 @@ def stand_distance_m(depth_m: float, support_height_m: float) -> float:
         depth_m: the object's extent along the robot's view.
         support_height_m: height of what it stands on.
     """
-    return max(0.34, 0.2 + depth_m / 2) + (SQUAT_ROOM_M if support_height_m < LOW_SUPPORT_M else 0.0)
+    if support_height_m < LOW_SUPPORT_M:
+        return max(SQUAT_STAND_M, 0.2 + SQUAT_ROOM_M + depth_m / 2)
+    return max(0.34, 0.2 + depth_m / 2)
 
 
 def _stand(position_w: np.ndarray, facing_rad: float, depth_m: float, half_height_m: float) -> np.ndarray:

@@ -192,7 +192,9 @@ def _add_object(spec: mujoco.MjSpec, name: str, position_m: tuple[float, float, 
     body.mass, body.ipos, body.inertia = built.mass_kg, list(built.com_m), list(built.inertia)
     _add_parts(body, built.parts, OBJECT_GEOMS, OBJECT_COLLIDERS)
     for geom in body.geoms:
-        geom.condim = 4
+        # what is round comes to rest when it rolls: .01 m of rolling friction, .65 m/s^2 for a bin on its side
+        rolls = geom.type == mujoco.mjtGeom.mjGEOM_CYLINDER
+        geom.condim, geom.friction = (6, [1.0, 0.02, 0.01]) if rolls else (4, [1.0, 0.02, 0.001])
 
 
 def _add_parts(

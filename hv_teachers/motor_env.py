@@ -36,6 +36,7 @@ from hv_teachers.motor_rewards import RewardConfig, motor_reward
 from hv_teachers.motor_scenes import BEHIND_M, CarryTask, LoadRange, compile_ground, draw_carry_task
 from hv_teachers.planner import Phase, PlannerConfig, PlannerView, ScriptedPlanner
 from hv_teachers.postures import reach_posture
+from hv_teachers.regrasp import Regrasp, regrasp
 
 SHOVE_STEPS = 3
 """Control steps that a push lasts: .1 s."""
@@ -156,13 +157,10 @@ class MotorEnv:
         self.grasp_height = stack("grasp_height_m", 1)[:, 0]
         self.goal_pos, self.start_pos = stack("goal_pos", 3), stack("start_pos", 3)
         self.pick_stand, self.place_stand = stack("pick_stand", 3), stack("place_stand", 3)
-
-        def behind(stand: Tensor) -> Tensor:
-            return stand[:, :2] - BEHIND_M * torch.stack([stand[:, 2].cos(), stand[:, 2].sin()], -1)
-
-        to_object = [behind(self.pick_stand), self.pick_stand[:, :2]]
-        to_goal = [behind(self.pick_stand), behind(self.place_stand), self.place_stand[:, :2]]
-        self._waypoints = torch.stack(to_object + to_goal, 1)  # (N, 5, 2)
+        n = self.num_envs
+        self._way = Regrasp(torch.zeros(n, 2, 3), torch.zeros(n), torch.zeros(n, 3))
+        self._waypoints = torch.zeros(n, 5, 2)
+        self._planned_for = torch.zeros(n, 3)
 
     def _observe(self) -> PhysicsState:
         state = self.physics.state()
@@ -185,9 +183,8 @@ class MotorEnv:
         state = self._state
         root = state.link_pos_w[:, 0, :2]
         rotation = state.object_rot_w[:, 0]
-        local = torch.stack([torch.zeros_like(self.mass), self.half[:, 1], self.grasp_height], -1)
-        mirrored = local * local.new_tensor([1.0, -1.0, 1.0])
-        grasp = torch.stack([(rotation @ v[..., None])[..., 0] for v in (mirrored, local)], 1) + self._object()[:, None]
+        self._plan_again(root)
+        grasp = (rotation[:, None] @ self._way.local[..., None])[..., 0] + self._object()[:, None]
         carrying = self.planner.phase >= Phase.CARRY
         low = torch.where(carrying, 2, 0)
         high = torch.where(carrying, 4, 1)
@@ -202,13 +199,41 @@ class MotorEnv:
             hands=state.link_pos_w[:, body.HANDS],
             object_pos=self._object(),
             grasp=grasp,
-            depth_m=2 * self.half[:, 0],
+            depth_m=self._way.depth_m,
             goal_pos=self.goal_pos,
-            pick_stand=self.pick_stand,
+            pick_stand=self._way.stand,
             place_stand=self.place_stand,
             waypoint=self._waypoints[rows, self.waypoint_index],
             waypoint_is_last=self.waypoint_index == high,
         )
+
+    def _plan_again(self, root: Tensor) -> None:
+        """A box that slipped away or was kicked is taken from where it now lies."""
+        moved = (self._object() - self._planned_for).norm(dim=-1) > 0.1
+        again = self.has_load & (self.planner.phase <= Phase.SQUEEZE) & (self.planner.lost | moved)
+        ids = again.nonzero()[:, 0]
+        if not len(ids):
+            return
+        state = self._state
+        way = regrasp(
+            self._object()[ids], state.object_rot_w[ids, 0], self.half[ids], self.grasp_height[ids], root[ids]
+        )
+        self._way.local[ids], self._way.depth_m[ids], self._way.stand[ids] = way.local, way.depth_m, way.stand
+        self._waypoints[ids, 0], self._waypoints[ids, 1] = _behind(way.stand), way.stand[:, :2]
+        self._waypoints[ids, 2] = self._waypoints[ids, 0]
+        self._planned_for[ids] = self._object()[ids]
+        self.waypoint_index[ids] = 0
+
+    def _plan_first(self, rows: Tensor) -> None:
+        """The way that the task was drawn with."""
+        half, grasp = self.half[rows], self.grasp_height[rows]
+        left = torch.stack([torch.zeros_like(grasp), half[:, 1], grasp], -1)
+        self._way.local[rows] = torch.stack([left * left.new_tensor([1.0, -1.0, 1.0]), left], 1)
+        self._way.depth_m[rows], self._way.stand[rows] = 2 * half[:, 0], self.pick_stand[rows]
+        self._planned_for[rows] = self.start_pos[rows]
+        pick, place = self.pick_stand[rows], self.place_stand[rows]
+        to_goal = [_behind(pick), _behind(place), place[:, :2]]
+        self._waypoints[rows] = torch.stack([_behind(pick), pick[:, :2], *to_goal], 1)
 
     def _look(self) -> None:
         """Intents for the state as it now is, and the base controller's answer to them."""
@@ -369,6 +394,7 @@ class MotorEnv:
         self.physics.reset(ids, qpos, qvel)
         self.prior.reset(rows)
         self.planner.reset(rows, kind)
+        self._plan_first(rows)
         first = {Phase.REACH: 1, Phase.SQUEEZE: 1, Phase.CARRY: 2, Phase.ALIGN_PLACE: 4, Phase.RELEASE: 4}
         self.waypoint_index[rows] = torch.tensor([first.get(Phase(k), 0) for k in kind.tolist()])
         self._shove_left[ids] = 0
@@ -395,6 +421,10 @@ class MotorEnv:
         start = torch.where((kind == Phase.ALIGN_PLACE)[:, None], place + loose, pick + close)
         start = torch.where((kind == Phase.APPROACH)[:, None], pick + away, start)
         return start
+
+
+def _behind(stand: Tensor) -> Tensor:
+    return stand[:, :2] - BEHIND_M * torch.stack([stand[:, 2].cos(), stand[:, 2].sin()], -1)
 
 
 def draw_intents(rng: np.random.Generator, n: int) -> Tensor:

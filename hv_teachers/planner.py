@@ -52,8 +52,8 @@ class PlannerConfig:
     reach_s: float = 1.4
     squeeze_s: float = 0.7
     lift_s: float = 1.6
-    lower_s: float = 1.2
-    lower_s_per_m: float = 1.2
+    lower_s: float = 1.5
+    lower_s_per_m: float = 1.6
     touch_m: float = 0.028
     """An object that stays so far above where it was lowered to has touched something: its support."""
     open_m: float = 0.12
@@ -284,7 +284,7 @@ class ScriptedPlanner:
     def _lowered(self, view: PlannerView) -> tuple[Tensor, Tensor]:
         """(N, 3) where the object should be by now while it is lowered, world frame, and the share of the way (N,)."""
         time = self.clock_s / self._lower_s(view)
-        across, down = _smooth(time / 0.6), _smooth((time - 0.25) / 0.75)
+        across, down = _smooth(time / 0.4), _smooth((time - 0.3) / 0.7)
         goal = view.goal_pos.clone()
         goal[:, 2] -= 0.01
         share = torch.stack([across, across, down], -1)

@@ -24,7 +24,7 @@ def bent_posture(bend: Tensor) -> tuple[Tensor, Tensor]:
     lies lower than that is squatted for.
     """
     hinge, squat = (bend / HINGE).clamp(0, 1), ((bend - HINGE) / (1 - HINGE)).clamp(min=0)
-    return 0.84 - 0.17 * hinge - 0.29 * squat, 0.1 + 1.1 * hinge + 0.3 * squat
+    return 0.84 - 0.11 * hinge - 0.35 * squat, 0.1 + 1.2 * hinge + 0.2 * squat
 
 
 def reach_posture(

@@ -19,7 +19,7 @@ def test_the_lower_the_hands_the_deeper_the_bend():
 def test_far_hands_need_a_deeper_bend_than_near_ones():
     z = torch.full((2,), 0.75)
     height, pitch = reach_posture(z, torch.tensor([0.25, 0.55]))
-    assert height[1] < height[0] - 0.05
+    assert height[1] < height[0] - 0.03
     assert pitch[1] > pitch[0] + 0.1
 
 
