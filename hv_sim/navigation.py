@@ -171,7 +171,7 @@ def plan_subtask(
 
     half = scene.half_extents_m[k]
     sides = []
-    for i in range(4):
+    for i in np.flatnonzero(scene.grasp_ok[k]).tolist():
         depth = 2 * float(half[i % 2])
         picks = _stand(positions[k], yaw + i * np.pi / 2, depth, half[2])
         places = _stand(goal, goal_yaw + i * np.pi / 2, depth, half[2])

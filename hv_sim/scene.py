@@ -24,7 +24,7 @@ from hv_sim.objects import BuiltObject
 from hv_sim.parts import Part, Prism, prisms
 from hv_sim.task import Room, Task, TaskError, built_object, furniture_parts, room_parts
 
-OBJECT_GEOMS, OBJECT_COLLIDERS = 18, 6
+OBJECT_GEOMS, OBJECT_COLLIDERS = 24, 6
 STATIC_GEOMS, STATIC_COLLIDERS = 256, 64
 FIRST_OBJECT_BODY = 16
 _PADDING_GROUP = 5
@@ -56,6 +56,7 @@ class Scene:
         bps: (K, 200, 3) float32 basis point sets (`hv_sim.basis_point_set`).
         grasps_o: (K, 4, 2, 3) contact points in the object's frame of the (left, right) hand of a robot that faces
             along the object's +x, +y, -x, -y axis.
+        grasp_ok: (K, 4) bool: nothing of the object is in the way there.
         initial_qpos: (nq,) robot standing at its start, objects where the task puts them.
         subtask_object: (S,) index of the object of each sub-task.
         goal_pos_w: (S, 3) where its centre shall be.
@@ -70,6 +71,7 @@ class Scene:
     half_extents_m: np.ndarray
     bps: np.ndarray
     grasps_o: np.ndarray
+    grasp_ok: np.ndarray
     initial_qpos: np.ndarray
     subtask_object: np.ndarray
     goal_pos_w: np.ndarray
@@ -132,6 +134,7 @@ def compile_scene(task: Task, *, physics_hz: int = 120) -> Scene:
         half_extents_m=np.stack([b.half_extents_m for b in built]),
         bps=np.stack([basis_point_set(b.parts) for b in built]),
         grasps_o=np.stack([b.grasps_o for b in built]),
+        grasp_ok=np.stack([b.grasp_ok for b in built]),
         initial_qpos=np.concatenate(qpos),
         subtask_object=np.array([names.index(s.object) for s in task.subtasks]),
         goal_pos_w=np.array([s.goal_position_m for s in task.subtasks]),

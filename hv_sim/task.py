@@ -20,7 +20,18 @@ from hv_sim.humanoid import BODY_NAMES
 from hv_sim.living_room import FLOORS, ROOM_SIZE_M, build_living_room
 from hv_sim.objects import MASS_KG, OBJECT_KINDS, BuiltObject, build_object
 from hv_sim.parts import COLORS, Part, Prism, deepest_overlap_m, moved, prisms, support_height_m
-from hv_sim.task_fields import Reader, TaskError, list_of, name, number, one_of, read_fields, sentence, vector
+from hv_sim.task_fields import (
+    Reader,
+    TaskError,
+    list_of,
+    name,
+    number,
+    one_of,
+    read_fields,
+    sentence,
+    unique_keys,
+    vector,
+)
 
 SCHEMA = "hv_sim.task/1"
 ROOM_KINDS = ("living_room",)
@@ -82,12 +93,21 @@ class ObjectPlacement:
 
 @dataclass(frozen=True)
 class SubTask:
-    """One thing to do: bring the named object's centre to a pose, as the instruction says."""
+    """One thing to do: bring the named object's centre to a pose, as the instruction says.
+
+    `paraphrases` are further ways to say the instruction; an episode's seed picks among all of them.
+    """
 
     object: str
     goal_position_m: tuple[float, float, float]
     goal_yaw_rad: float
     instruction: str
+    paraphrases: tuple[str, ...] = ()
+
+    @property
+    def phrasings(self) -> tuple[str, ...]:
+        """The instruction and its paraphrases."""
+        return (self.instruction, *self.paraphrases)
 
 
 @dataclass(frozen=True)
@@ -108,7 +128,7 @@ class Task:
         Raises:
             TaskError: a field is missing, unknown or not valid, or things do not fit into the room together.
         """
-        task = _parse_task(data)
+        task = parse_task(data)
         check_task(task)
         return task
 
@@ -117,14 +137,14 @@ class Task:
 
         def plain(value: Any) -> Any:
             if isinstance(value, dict):
-                return {k: plain(v) for k, v in value.items() if v is not None}
+                return {k: plain(v) for k, v in value.items() if v is not None and not (k == "paraphrases" and not v)}
             return [plain(v) for v in value] if isinstance(value, (list, tuple)) else value
 
         return {"schema": SCHEMA, **plain(asdict(self))}
 
 
 def load_task(name_or_path: str | os.PathLike[str]) -> Task:
-    """Reads a task: one of `available_tasks()` by name, or a JSON file.
+    """Reads one task: one of `available_tasks()` by name, one of a suite (`unseen:3` or its name), or a JSON file.
 
     Raises:
         TaskError: there is no such task or file, it is not JSON, or it is not a valid task.
@@ -132,9 +152,15 @@ def load_task(name_or_path: str | os.PathLike[str]) -> Task:
     text = os.fspath(name_or_path)
     if text in available_tasks():
         return _read(_PACKAGED / f"{text}.json")
+    from hv_sim.suites import SUITES, select_tasks
+
+    selected = select_tasks(text)
+    if selected is not None and len(selected) == 1:
+        return selected[0]
     path = Path(text)
     if not path.is_file():
-        raise TaskError(f"task: {text!r} is neither a task nor a file; tasks: {', '.join(available_tasks())}")
+        known = f"tasks: {', '.join(available_tasks())}; suites: {', '.join(SUITES)}"
+        raise TaskError(f"task: {text!r} is neither a task nor a file; {known}")
     return _read(path)
 
 
@@ -156,15 +182,25 @@ def available_tasks() -> list[str]:
 
 
 def resolve_tasks(name: str | os.PathLike[str]) -> list[Task]:
-    """The tasks that a name stands for: a task, the beginning of several (`living_room`), a file, or a folder of files.
+    """The tasks that a name stands for.
+
+    A suite (`unseen`), one or several of its tasks by number (`unseen:3`, `unseen:0-15`) or by name, a hand-made task,
+    the beginning of several (`living_room`), a task file, a file with one task a line (`.jsonl`, `.jsonl.gz`), or a
+    folder of task files.
 
     Raises:
         TaskError: it stands for nothing, or one of the tasks is not valid.
     """
+    from hv_sim.suites import read_tasks, select_tasks
+
     text = os.fspath(name)
     names = available_tasks()
     if text in names:
         return [load_task(text)]
+    if (selected := select_tasks(text)) is not None:
+        return selected
+    if text.endswith((".jsonl", ".jsonl.gz")):
+        return read_tasks(text)
     if text and (family := [n for n in names if n.startswith(text.rstrip("_") + "_")]):
         return [load_task(n) for n in family]
     if Path(text).is_dir():
@@ -312,20 +348,12 @@ def _read(path: Path) -> Task:
     try:
         if path.stat().st_size > _MAX_FILE_BYTES:
             raise TaskError(f"larger than {_MAX_FILE_BYTES} bytes")
-        data = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=_unique_keys)
+        data = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=unique_keys)
         return Task.from_dict(data)
     except TaskError as error:
         raise TaskError(f"{path}: {error}") from None
     except (OSError, ValueError, RecursionError) as error:
         raise TaskError(f"{path}: not a readable JSON file ({error})") from None
-
-
-def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    result = dict(pairs)
-    if len(result) < len(pairs):
-        keys = [key for key, _ in pairs]
-        raise TaskError(f"{next(k for k in keys if keys.count(k) > 1)}: given twice in one place")
-    return result
 
 
 def _pretty(data: dict[str, Any]) -> str:
@@ -343,7 +371,12 @@ def _pretty(data: dict[str, Any]) -> str:
 # the fields of the JSON document and what each may hold
 
 
-def _parse_task(data: Any) -> Task:
+def parse_task(data: Any) -> Task:
+    """The task that a decoded JSON document describes, its fields checked one by one but not whether things fit.
+
+    Raises:
+        TaskError: a field is missing, unknown or not valid.
+    """
     fields = read_fields(
         data,
         "",
@@ -354,7 +387,7 @@ def _parse_task(data: Any) -> Task:
             "robot": lambda v, p: RobotStart(**read_fields(v, p, _ROBOT, {})),
             "furniture": list_of(lambda v, p: FurniturePlacement(**read_fields(v, p, *_FURNITURE)), 0, 60),
             "objects": list_of(lambda v, p: ObjectPlacement(**read_fields(v, p, *_OBJECT)), 1, 40),
-            "subtasks": list_of(lambda v, p: SubTask(**read_fields(v, p, _SUBTASK, {})), 1, 100),
+            "subtasks": list_of(lambda v, p: SubTask(**read_fields(v, p, _SUBTASK, _PARAPHRASES)), 1, 100),
         },
         optional={},
     )
@@ -387,3 +420,4 @@ _SUBTASK: dict[str, Reader] = {
     "goal_yaw_rad": _YAW,
     "instruction": sentence,
 }
+_PARAPHRASES: dict[str, Reader] = {"paraphrases": list_of(sentence, 0, 50)}

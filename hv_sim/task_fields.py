@@ -46,6 +46,15 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
+def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """For `json.loads(object_pairs_hook=...)`: an object none of whose keys is given twice."""
+    result = dict(pairs)
+    if len(result) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise TaskError(f"{next(k for k in keys if keys.count(k) > 1)}: given twice in one place")
+    return result
+
+
 def list_of(item: Reader, least: int, most: int) -> Reader:
     """Reader of a list of `least` to `most` entries."""
 

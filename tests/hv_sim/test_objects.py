@@ -50,7 +50,10 @@ def test_hands_can_press_the_grasp_points(kind):
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     assert built.grasps_o.shape == (4, 2, 3)
+    assert built.grasp_ok.any()
     for i, (left, right) in enumerate(built.grasps_o):
+        if not built.grasp_ok[i]:
+            continue
         width = np.linalg.norm(left - right)
         assert GRASP_WIDTH_M[0] <= width <= GRASP_WIDTH_M[1]
         facing = np.array([np.cos(i * np.pi / 2), np.sin(i * np.pi / 2), 0.0])
@@ -80,3 +83,41 @@ def test_what_cannot_be_carried_is_refused():
         build_object("box", (0.3, 0.3, 1.3))
     with pytest.raises(ValueError, match="mass_kg"):
         build_object("box", mass_kg=40.0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_stands_still(kind):
+    """On a floor for two seconds: it neither slides by a centimetre nor tips."""
+    built = build_object(kind)
+    spec = mujoco.MjSpec()
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5, 5, 1])
+    body = spec.worldbody.add_body(name="object", pos=[0, 0, built.half_extents_m[2]])
+    body.add_freejoint()
+    body.explicitinertial = True
+    body.mass, body.ipos, body.inertia = built.mass_kg, list(built.com_m), list(built.inertia)
+    for part in built.parts:
+        if part.collides:
+            shape = mujoco.mjtGeom.mjGEOM_BOX if part.shape == "box" else mujoco.mjtGeom.mjGEOM_CYLINDER
+            body.add_geom(type=shape, size=list(part.size_m), pos=list(part.pos_m), quat=list(part.quat))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    while data.time < 2.0:
+        mujoco.mj_step(model, data)
+    np.testing.assert_allclose(data.qpos[:3], [0, 0, built.half_extents_m[2]], atol=0.01)
+    assert data.body("object").xmat.reshape(3, 3)[2, 2] > 0.999
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_can_be_named_and_painted(kind):
+    spec = OBJECT_KINDS[kind]
+    assert spec.category
+    assert spec.noun
+    assert spec.support in ("floor", "surface", "both")
+    for color in spec.colors:
+        assert build_object(kind, color=color).parts
+
+
+def test_there_is_enough_to_choose_from():
+    assert len(OBJECT_KINDS) >= 40
+    assert len({spec.category for spec in OBJECT_KINDS.values()}) >= 18
+    assert sum(spec.held_out for spec in OBJECT_KINDS.values()) >= 8

@@ -150,10 +150,11 @@ def test_goals_are_at_rest(scenes):
 
 
 def test_every_kind_stands_by_itself():
-    scene = compile_scene(_task(sorted(OBJECT_KINDS)))
-    moved, tilt = _drift(scene)
-    assert moved.max() < 0.01
-    assert tilt.max() < 0.02
+    kinds = sorted(OBJECT_KINDS)
+    for some in (kinds[i : i + 12] for i in range(0, len(kinds), 12)):
+        moved, tilt = _drift(compile_scene(_task(some)))
+        assert moved.max() < 0.01, some
+        assert tilt.max() < 0.02, some
 
 
 @pytest.mark.parametrize("kind", sorted(OBJECT_KINDS))
@@ -161,17 +162,17 @@ def test_two_pressing_spheres_lift_every_kind(kind):
     """Two hand-sized spheres on force-limited sliders squeeze each grasp and rise: the object comes along, upright."""
     built = build_object(kind)
     half = built.half_extents_m
-    for i in range(4):
+    for i in np.flatnonzero(built.grasp_ok):
         left, right = built.grasps_o[i]
         push = (right - left) / np.linalg.norm(right - left)
         spec = mujoco.MjSpec()
-        spec.option.timestep = 1 / 120
+        spec.option.timestep, spec.option.noslip_iterations = 1 / 120, 3
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
         floor = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[2, 2, 1])
         floor.contype, floor.conaffinity = 2, 3
         for side, (point, sign) in enumerate(((left, 1), (right, -1))):
             hand = spec.worldbody.add_body(name=f"hand_{side}", pos=np.add(point, (0, 0, half[2])) - sign * 0.05 * push)
-            for axis, name, kp, force in ((push, "squeeze", 2000, 60.0), ([0, 0, 1], "lift", 20000, 300.0)):
+            for axis, name, kp, force in ((push, "squeeze", 4000, 190.0), ([0, 0, 1], "lift", 20000, 300.0)):
                 hand.add_joint(name=f"{name}_{side}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis, armature=0.5)
                 servo = spec.add_actuator(name=f"{name}_{side}", target=f"{name}_{side}")
                 servo.trntype = mujoco.mjtTrn.mjTRN_JOINT

@@ -1,0 +1,1 @@
+"""Kinds of movable objects, by family."""
