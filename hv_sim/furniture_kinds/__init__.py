@@ -1,0 +1,1 @@
+"""Kinds of furniture, by family."""
