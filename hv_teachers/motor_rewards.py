@@ -23,7 +23,7 @@ class RewardConfig:
     """Weights; positive ones sum to one while nothing is carried."""
 
     alive: float = 0.2
-    velocity: float = 0.2
+    velocity: float = 0.3
     yaw_rate: float = 0.1
     posture: float = 0.15
     orientation: float = 0.1
