@@ -163,6 +163,7 @@ class AmpPPO(PPO):
     Args:
         motion_set: what good style looks like; None switches the style reward off.
         style: see `StyleConfig`.
+        critic_learning_rate: the critic's own; None: as the actor's.
         reward_scale: of the sum of both rewards. rsl_rl's critic moves by at most its clip an update: returns must not
             be much larger than a few units, and rewards of .7 a step make returns of 70.
         others: rsl_rl's PPO.
@@ -175,6 +176,7 @@ class AmpPPO(PPO):
         storage: RolloutStorage,
         motion_set: MotionSet | None = None,
         style: StyleConfig | None = None,
+        critic_learning_rate: float | None = None,
         reward_scale: float = 1.0,
         **others: Any,
     ) -> None:
@@ -187,6 +189,9 @@ class AmpPPO(PPO):
             storage.device,
         )
         super().__init__(actor, critic, masked, **others)
+        if critic_learning_rate is not None:
+            own = {"params": list(self.critic.parameters()), "lr": critic_learning_rate}
+            self.optimizer = torch.optim.Adam([{"params": list(self.actor.parameters())}, own], lr=self.learning_rate)
         self.style = style or StyleConfig()
         self.reward_scale = reward_scale
         self.motion_set = motion_set if self.style.weight > 0 else None

@@ -125,7 +125,7 @@ class ImitationBuffer:
 
 
 def imitation_loss(
-    network: TeacherNetwork, samples: Samples, geometry: Tensor, transition_weight: float
+    network: TeacherNetwork, samples: Samples, geometry: Tensor, transition_weight: float, actions: bool = True
 ) -> tuple[Tensor, dict[str, float]]:
     """Huber loss of the actions plus cross-entropy of the next phase.
 
@@ -134,6 +134,7 @@ def imitation_loss(
         samples: (B,) rows.
         geometry: (B, 600).
         transition_weight: of samples in which the phase changes.
+        actions: False leaves the actions out of the loss.
 
     Returns:
         The loss, and what to log: `action_loss`, `phase_loss`, `phase_wrong` (share).
@@ -141,8 +142,8 @@ def imitation_loss(
     sights, anchors = samples.sights.float(), samples.anchors.float()
     said = network(sights, anchors, geometry, samples.memory)
     error = nn.functional.smooth_l1_loss(said, samples.action, beta=HUBER, reduction="none").sum(-1)
-    loss = error.mean()
-    shown = {"action_loss": float(loss.detach())}
+    shown = {"action_loss": float(error.detach().mean())}
+    loss = error.mean() if actions else torch.zeros(())
     if network.config.memory == "phase":
         logits = network.phase_logits(sights, geometry, samples.memory_before)
         changes = samples.phase != samples.memory_before[:, 0].long()

@@ -47,7 +47,13 @@ class TrainingCurve:
             rows = [row for row in self.rows if row["kind"] == kind]
             present = [c for c in columns if any(str(row.get(c, "")) != "" for row in rows)]
             if rows and present:
-                plot_curve(self.path, self.path.with_name(f"curve_{kind}.png"), present, where=("kind", kind))
+                plot_curve(
+                    self.path,
+                    self.path.with_name(f"curve_{kind}.png"),
+                    present,
+                    smooth=max(1, len(rows) // 10),
+                    where=("kind", kind),
+                )
 
 
 def episode_means(sums: dict[str, float], steps: int) -> dict[str, float]:

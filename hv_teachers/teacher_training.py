@@ -89,7 +89,6 @@ class _Trainer:
                 self._begin_ppo()
                 assert self.ppo is not None
                 self.ppo.load(saved["ppo"], None, strict=True)
-                self.ppo.learning_rate = saved["learning_rate"]
             torch.set_rng_state(saved["rng"])
         self.curve = TrainingCurve(output, self.samples)
         self.started = time.time() - 60 * minutes
@@ -161,13 +160,11 @@ class _Trainer:
         batches = max(1, round(config.replays * len(samples) / config.batch_size))
         share = min(1.0, self.samples / max(1, config.samples))
         rate = config.learning_rate * (config.final_learning_rate / config.learning_rate) ** share
-        return row | self._imitate(self.network, self.optimizer, data, batches, rate)
+        return row | self._imitate(data, batches, rate)
 
-    def _imitate(
-        self, network: TeacherNetwork, optimizer: torch.optim.Optimizer, data: Samples, batches: int, rate: float
-    ) -> dict[str, float]:
+    def _imitate(self, data: Samples, batches: int, rate: float, actions: bool = True) -> dict[str, float]:
         """Some mini-batches of imitation; what to log."""
-        config = self.config.dagger
+        config, network, optimizer = self.config.dagger, self.network, self.optimizer
         network.train()
         for group in optimizer.param_groups:
             group["lr"] = rate
@@ -176,7 +173,9 @@ class _Trainer:
             rows = torch.randint(len(data), (min(config.batch_size, len(data)),))
             batch = data.at(rows)
             geometry = self.buffer.geometry[batch.shape.long()]
-            loss, shown = imitation_loss(network, batch, geometry, config.transition_weight)
+            loss, shown = imitation_loss(network, batch, geometry, config.transition_weight, actions)
+            if not loss.requires_grad:
+                break  # nothing to imitate: no phases, and actions are left to PPO
             optimizer.zero_grad()
             loss.backward()
             torch.nn.utils.clip_grad_norm_(network.parameters(), 5.0)
@@ -247,7 +246,6 @@ class _Trainer:
             shown |= self._imitate_stored(stored, ppo.storage.valid.flatten())  # type: ignore[attr-defined]
         self.iteration += 1
         self.samples += max(1, learned)
-        shown["kl_learning_rate"] = ppo.learning_rate
         return {**shown, **episode_means(sums, config.steps_per_iteration), "simulated_s": simulated}
 
     def _imitate_stored(self, stored: Any, valid: torch.Tensor) -> dict[str, float]:
@@ -267,8 +265,8 @@ class _Trainer:
             stored["label_phase"][rows, 0].long(),
             stored["label_action"][rows],
         )
-        batches, rate = self.config.ppo.imitation_batches, self.config.ppo.imitation_learning_rate
-        return self._imitate(self.network, self.optimizer, data, batches, rate)
+        config = self.config.ppo
+        return self._imitate(data, config.imitation_batches, config.imitation_learning_rate, config.imitate_actions)
 
     def _motion_set(self) -> MotionSet:
         path = self.output / "motion_set.safetensors"
@@ -308,7 +306,6 @@ class _Trainer:
             "buffer": self.buffer.state(),
             "env": env_state,
             "ppo": self.ppo.save() if self.ppo is not None else {},
-            "learning_rate": self.ppo.learning_rate if self.ppo is not None else 0.0,
             "rng": torch.get_rng_state(),
         }
         temporary = self.output / "resume.tmp"
