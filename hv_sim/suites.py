@@ -1,4 +1,4 @@
-"""Suites: the benchmark's tasks, as files that come with the package, one JSON document a line (`docs/benchmark.md`)."""
+"""Suites: the benchmark's tasks, files that come with the package, one JSON document a line (`docs/benchmark.md`)."""
 
 from __future__ import annotations
 

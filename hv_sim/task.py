@@ -17,9 +17,9 @@ import numpy as np
 
 from hv_sim.furniture import FURNITURE_KINDS, build_furniture
 from hv_sim.humanoid import BODY_NAMES
-from hv_sim.living_room import FLOORS, ROOM_SIZE_M, build_living_room
 from hv_sim.objects import MASS_KG, OBJECT_KINDS, BuiltObject, build_object
 from hv_sim.parts import COLORS, Part, Prism, deepest_overlap_m, moved, prisms, support_height_m
+from hv_sim.rooms import FLOORS, ROOM_KINDS, ROOM_SIZE_M, build_room
 from hv_sim.task_fields import (
     Reader,
     TaskError,
@@ -34,7 +34,6 @@ from hv_sim.task_fields import (
 )
 
 SCHEMA = "hv_sim.task/1"
-ROOM_KINDS = ("living_room",)
 ROBOT_RADIUS_M = 0.30
 """Room that the robot needs around its start."""
 OVERLAP_TOLERANCE_M = 0.01
@@ -225,7 +224,7 @@ def built_object(placement: ObjectPlacement) -> BuiltObject:
 
 def room_parts(room: Room) -> list[Part]:
     """Parts of the empty room, in the world frame."""
-    return build_living_room(room.size_m, room.floor, room.wall_color)
+    return build_room(room.kind, room.size_m, room.floor, room.wall_color)
 
 
 def check_task(task: Task) -> None:

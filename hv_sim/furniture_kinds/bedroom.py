@@ -119,8 +119,8 @@ def _clothes_rack(size: Size, color: Color) -> list[Part]:
     tones = ("navy", "red", "beige", "teal", "pink", "charcoal")
     for i, tone in enumerate(tones):
         long = (0.55, 0.42, 0.6, 0.45, 0.5, 0.4)[i] * z
-        at = (0, (-0.36 + 0.144 * i) * y, z - 0.08 - long / 2)
-        parts.append(box(at, (0.5 * x, 0.08 * y, long), COLORS[tone], "fabric"))
+        middle = (0.0, (-0.36 + 0.144 * i) * y, z - 0.08 - long / 2)
+        parts.append(box(middle, (0.5 * x, 0.08 * y, long), COLORS[tone], "fabric"))
     return parts
 
 

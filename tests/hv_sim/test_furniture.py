@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hv_sim.furniture import FURNITURE_KINDS, build_furniture
-from hv_sim.living_room import FLOORS, build_living_room
 from hv_sim.parts import prisms, support_height_m
+from hv_sim.rooms import FLOORS, ROOM_KINDS, build_room
 
 
 @pytest.mark.parametrize("kind", sorted(FURNITURE_KINDS))
@@ -40,10 +40,11 @@ def test_sizes_far_from_usual_are_refused():
         build_furniture("sofa", (0.2, 2.0, 0.8))
 
 
+@pytest.mark.parametrize("kind", ROOM_KINDS)
 @pytest.mark.parametrize("floor", sorted(FLOORS))
-def test_walls_enclose_the_room(floor):
+def test_walls_enclose_the_room(kind, floor):
     size = (5.0, 7.0)
-    solids = prisms(build_living_room(size, floor, "beige"))
+    solids = prisms(build_room(kind, size, floor, "beige"))
     inside = np.concatenate([s.polygon_m for s in solids])
     assert ((np.abs(inside) >= np.array(size) / 2 - 1e-9).any(-1)).all()
     for direction in ((1, 0), (-1, 0), (0, 1), (0, -1)):

@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 from hv_sim.furniture import FURNITURE_KINDS, build_furniture
-from hv_sim.living_room import FLOORS, build_living_room
 from hv_sim.materials import _TEXTURES, MATERIALS, texture_image
 from hv_sim.objects import OBJECT_KINDS, build_object
+from hv_sim.rooms import FLOORS, ROOM_KINDS, build_room
 
 
 def test_parts_use_materials_that_exist():
     parts = [p for k in FURNITURE_KINDS for p in build_furniture(k)]
     parts += [p for k in OBJECT_KINDS for p in build_object(k).parts]
-    parts += build_living_room((6.0, 5.0))
+    for kind in ROOM_KINDS:
+        parts += build_room(kind, (6.0, 5.0))
     used = {p.material for p in parts} | {material for material, _ in FLOORS.values()}
     assert used == set(MATERIALS)
     assert {m.texture for m in MATERIALS.values() if m.texture} == set(_TEXTURES)

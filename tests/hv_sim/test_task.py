@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from hv_sim.furniture import FURNITURE_KINDS
-from hv_sim.living_room import FLOORS
 from hv_sim.objects import OBJECT_KINDS
 from hv_sim.parts import COLORS
+from hv_sim.rooms import FLOORS
 from hv_sim.task import ROOM_KINDS, Task, TaskError, available_tasks, load_task, resolve_tasks, save_task
 
 
