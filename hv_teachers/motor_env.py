@@ -33,13 +33,23 @@ from hv_sim.mujoco_physics import MujocoPhysics
 from hv_sim.observations import Heading, proprioception
 from hv_sim.physics import PhysicsState
 from hv_teachers.motor_rewards import RewardConfig, motor_reward
-from hv_teachers.motor_scenes import BEHIND_M, CarryTask, LoadRange, compile_ground, draw_carry_task
+from hv_teachers.motor_scenes import (
+    BEHIND_M,
+    RETREAT_CLEARANCE_M,
+    CarryTask,
+    LoadRange,
+    compile_ground,
+    draw_carry_task,
+    table_clearance_m,
+    tables_of,
+)
 from hv_teachers.planner import Phase, PlannerConfig, PlannerView, ScriptedPlanner
 from hv_teachers.postures import reach_posture
 from hv_teachers.regrasp import Regrasp, regrasp
 
 SHOVE_STEPS = 3
 """Control steps that a push lasts: .1 s."""
+START_ATTEMPTS = 50
 START_PHASES = (Phase.APPROACH, Phase.REACH, Phase.SQUEEZE, Phase.CARRY, Phase.ALIGN_PLACE, Phase.RELEASE)
 CRITIC_EXTRA = (
     Reflection()
@@ -412,6 +422,13 @@ class MotorEnv:
     def _start_place(self, kind: Tensor, rows: Tensor, n: int) -> Tensor:
         """(n, 3) x, y, yaw where the robot begins."""
         draw = self.rng.uniform(-1, 1, (n, 3))
+        for i, row in enumerate(rows.tolist()):
+            task = self.tasks[row]
+            for _ in range(START_ATTEMPTS if task is not None and kind[i] == Phase.APPROACH else 0):
+                at = task.pick_stand[:2] + np.array([-0.6 - 0.7 * (draw[i, 0] + 1), 0.9 * draw[i, 1]])
+                if table_clearance_m(at[None], tables_of(task)) > RETREAT_CLEARANCE_M:
+                    break
+                draw[i] = self.rng.uniform(-1, 1, 3)
         pick, place = self.pick_stand[rows], self.place_stand[rows]
         away = torch.tensor(
             np.stack([-0.6 - 0.7 * (draw[:, 0] + 1), 0.9 * draw[:, 1], 0.8 * draw[:, 2]], -1), dtype=torch.float32

@@ -28,6 +28,8 @@ EDGE_STAND_M = 0.22
 BEHIND_M = 0.5
 PASSING_M = 0.55
 """Clearance of a robot's middle that carries a box past a table."""
+RETREAT_M, RETREAT_CLEARANCE_M = 1.1, 0.35
+"""How far behind the place where it put the box down the robot must find room, and how much."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,11 @@ def draw_carry_task(rng: np.random.Generator, load: LoadRange) -> CarryTask:
         goal = place[:2] + stands[1] * np.array([np.cos(place[2]), np.sin(place[2])])
         tables = [(0.0, 0.0, 0.0, ahead[0])] if supports[0] > 0 else []
         tables += [(*goal, place[2], ahead[1])] if supports[1] > 0 else []
-        if np.linalg.norm(goal) > 1.0 and np.linalg.norm(goal - pick[:2]) > 0.9 and _way_is_free(pick, place, tables):
+        # from behind one stand to behind the other, and back from the goal when all is done
+        way = np.linspace(behind(pick), behind(place), 40)
+        back = np.linspace(behind(place), behind(place, RETREAT_M), 8)
+        clear = table_clearance_m(way, tables) > PASSING_M and table_clearance_m(back, tables) > RETREAT_CLEARANCE_M
+        if np.linalg.norm(goal) > 1.0 and np.linalg.norm(goal - pick[:2]) > 0.9 and clear:
             break
     return CarryTask(
         half_extents_m=np.array([depth, width, height]) / 2,
@@ -96,20 +102,30 @@ def draw_carry_task(rng: np.random.Generator, load: LoadRange) -> CarryTask:
     )
 
 
-def behind(stand: np.ndarray) -> np.ndarray:
+def behind(stand: np.ndarray, distance_m: float = BEHIND_M) -> np.ndarray:
     """(2,) where the robot comes from, and goes back to, before it faces a stand (x, y, yaw)."""
-    return stand[:2] - BEHIND_M * np.array([np.cos(stand[2]), np.sin(stand[2])])
+    return stand[:2] - distance_m * np.array([np.cos(stand[2]), np.sin(stand[2])])
 
 
-def _way_is_free(pick: np.ndarray, place: np.ndarray, tables: list[tuple[float, float, float, float]]) -> bool:
-    """Whether a robot with a load passes the tables on its straight way from behind one stand to behind the other."""
-    way = np.linspace(behind(pick), behind(place), 40)
+def tables_of(task: CarryTask) -> list[tuple[float, float, float, float]]:
+    """(x, y, yaw of what stands on it, how far its middle lies beyond that) of each support that is a table."""
+    places = ((task.start_pos, 0.0), (task.goal_pos, float(task.place_stand[2])))
+    return [
+        (float(pos[0]), float(pos[1]), yaw, ahead)
+        for (pos, yaw), height, ahead in zip(places, task.support_m, task.table_ahead_m, strict=True)
+        if height > 0
+    ]
+
+
+def table_clearance_m(points: np.ndarray, tables: list[tuple[float, float, float, float]]) -> float:
+    """How near the points (P, 2) come to a table (`tables_of`); infinite where there is none."""
+    nearest = np.inf
     for x, y, yaw, ahead in tables:
         c, s = np.cos(yaw), np.sin(yaw)
-        local = (way - [x, y]) @ np.array([[c, -s], [s, c]]) - [ahead, 0.0]
-        if (np.maximum(np.abs(local) - TABLE_HALF_M[:2], 0.0) ** 2).sum(1).min() < PASSING_M**2:
-            return False
-    return True
+        local = (points - [x, y]) @ np.array([[c, -s], [s, c]]) - [ahead, 0.0]
+        outside = np.maximum(np.abs(local) - TABLE_HALF_M, 0.0)
+        nearest = min(nearest, float(np.sqrt((outside**2).sum(1).min())))
+    return nearest
 
 
 def compile_ground(

@@ -37,6 +37,8 @@ class BalanceConfig:
     squeeze_force: float = 190.0
     grounded_mass_kg: float = 5.0
     load_gain: float = 0.25
+    unload_gain: float = 0.02
+    """Share of the difference that the estimate of the load rises, and falls, by in a step."""
     load_limit: float = 110.0
 
 
@@ -151,7 +153,9 @@ def estimate_load(state: BodyState, memory: ReferenceState, config: BalanceConfi
     force = torch.linalg.solve(gram, effect.mT @ exerted[..., None])[..., 0]
     lift = force[..., 0].sum(1).clamp(0.0, config.load_limit)
     memory.arm_angles = angles
-    memory.load = memory.load + config.load_gain * (lift * (memory.squeeze > 0.5) - memory.load)
+    holds = memory.squeeze > 0.5
+    change = lift * holds - memory.load
+    memory.load = memory.load + torch.where(holds & (change < 0), config.unload_gain, config.load_gain) * change
     return memory.load
 
 
