@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import functools
 import textwrap
 import weakref
 from collections import OrderedDict
@@ -135,6 +136,7 @@ class CameraRenderer:
             ) from error
         self._data[key] = mujoco.MjData(model)
         _OPEN.add(self)
+        _close_at_exit()
         return self._renderers[key]
 
     @contextlib.contextmanager
@@ -157,11 +159,18 @@ class CameraRenderer:
 _OPEN: weakref.WeakSet[CameraRenderer] = weakref.WeakSet()
 
 
-@atexit.register
-def _close_all() -> None:
-    """Frees what is still open while the OpenGL library is still there."""
-    for renderer in list(_OPEN):
-        renderer.close()
+@functools.cache
+def _close_at_exit() -> None:
+    """Frees what is still open while the OpenGL library is still there.
+
+    Called when a context exists: MuJoCo then has registered its own end of EGL, which has to come after this one.
+    """
+
+    def close_all() -> None:
+        for renderer in list(_OPEN):
+            renderer.close()
+
+    atexit.register(close_all)
 
 
 def _assign(settings: list[tuple[Any, dict[str, int]]]) -> None:
