@@ -25,6 +25,9 @@ EDGE_M = (0.02, 0.12)
 """Room between a box on a support and the support's edge."""
 EDGE_STAND_M = 0.22
 """Between the edge and the middle of the robot that stands before it: its toes and knees need as much."""
+GRASP_BELOW_TOP_M = 0.045
+"""Hands roll some centimetres on what they hold as the forearms turn: a box hangs upright only if gripped well above
+its centre."""
 BEHIND_M = 0.5
 PASSING_M = 0.55
 """Clearance of a robot's middle that carries a box past a table."""
@@ -92,7 +95,7 @@ def draw_carry_task(rng: np.random.Generator, load: LoadRange) -> CarryTask:
     return CarryTask(
         half_extents_m=np.array([depth, width, height]) / 2,
         mass_kg=float(mass),
-        grasp_height_m=float(min(rng.uniform(0.15, 0.3) * height, height / 2 - 0.05)),
+        grasp_height_m=float(height / 2 - GRASP_BELOW_TOP_M),
         start_pos=np.array([0.0, 0.0, supports[0] + height / 2]),
         goal_pos=np.array([goal[0], goal[1], supports[1] + height / 2]),
         pick_stand=pick,
