@@ -24,6 +24,8 @@ ROBOT_RADIUS_M = 0.32
 """Clearance that paths keep (shoulders and elbows)."""
 STAND_CLEARANCE_M = 0.12
 """Clearance of a stand pose, where the robot may be close to a table's edge (pelvis and feet)."""
+EASY_CLEARANCE_M, STEP_BACK_M = 0.22, 0.16
+"""Where a table's edge is nearer than the first, the robot stands farther back, by at most the second."""
 RETREAT_M, RETREAT_CLEARANCE_M = 0.7, 0.25
 """How far the robot steps back from a stand pose, and the clearance that it needs there."""
 OVERHEAD_M = 2.0
@@ -91,6 +93,8 @@ class SubTaskRoute:
         waypoints_to_object: (W1, 2), the last one the pick stand.
         waypoints_to_goal: (W2, 2), the first one a step back from the pick stand, the last one the place stand.
         grasp_index: which of the scene's four grasps of the object.
+        lacking_m: by how much the room at the two stands and behind them falls short; 0 where there is enough.
+        missed_m: how far the ways end from where they should; 0 where they lead there.
     """
 
     pick_stand_xy_yaw: np.ndarray
@@ -98,6 +102,8 @@ class SubTaskRoute:
     waypoints_to_object: np.ndarray
     waypoints_to_goal: np.ndarray
     grasp_index: int
+    lacking_m: float = 0.0
+    missed_m: float = 0.0
 
 
 def occupancy_grid(solids: Iterable[Prism], room_size_m: Sequence[float], cell_m: float = CELL_M) -> OccupancyGrid:
@@ -173,8 +179,8 @@ def plan_subtask(
     sides = []
     for i in np.flatnonzero(scene.grasp_ok[k]).tolist():
         depth = 2 * float(half[i % 2])
-        picks = _stand(positions[k], yaw + i * np.pi / 2, depth, half[2])
-        places = _stand(goal, goal_yaw + i * np.pi / 2, depth, half[2])
+        picks = _stand(grid, clearance, positions[k], yaw + i * np.pi / 2, depth, half[2])
+        places = _stand(grid, clearance, goal, goal_yaw + i * np.pi / 2, depth, half[2])
         lacking = _lacking_room_m(grid, clearance, picks) + _lacking_room_m(grid, clearance, places)
         before, after = _back_off(free, picks), _back_off(free, places)
         straight = np.linalg.norm(before - np.asarray(robot_xy_m)[:2]) + np.linalg.norm(after - before)
@@ -194,7 +200,7 @@ def plan_subtask(
         cost = float(lacking * 100.0 + walk + 100.0 * (missed > 0.5))
         if best is None or cost < best[0]:
             ways = np.vstack([to_object, picks[:2]]), np.vstack([before, to_goal, places[:2]])
-            best = cost, SubTaskRoute(picks, places, *ways, grasp_index=i)
+            best = cost, SubTaskRoute(picks, places, *ways, i, lacking, float(missed))
     assert best is not None
     return best[1]
 
@@ -314,11 +320,45 @@ def stand_distance_m(depth_m: float, support_height_m: float) -> float:
     return max(0.34, 0.2 + depth_m / 2)
 
 
-def _stand(position_w: np.ndarray, facing_rad: float, depth_m: float, half_height_m: float) -> np.ndarray:
-    """(3,) x, y and yaw of the robot that faces an object at a position."""
-    distance = stand_distance_m(depth_m, position_w[2] - half_height_m)
+def sides_with_room(
+    grid: OccupancyGrid, position_w: Point, yaw_rad: float, half_extents_m: np.ndarray, grasp_ok: np.ndarray
+) -> list[int]:
+    """The sides of an object, as grasp indices, before which a robot finds room to stand and to step back.
+
+    Args:
+        grid: the floor with everything else on it, not inflated.
+        position_w: (3,) of the object.
+        yaw_rad: how it is turned.
+        half_extents_m: (3,) of it.
+        grasp_ok: (4,) bool: sides from which it can be taken at all.
+    """
+    clearance, at = grid.clearance_m(), np.asarray(position_w, dtype=float)
+    found = []
+    for i in np.flatnonzero(grasp_ok).tolist():
+        stand = _stand(grid, clearance, at, yaw_rad + i * np.pi / 2, 2 * half_extents_m[i % 2], half_extents_m[2])
+        if _lacking_room_m(grid, clearance, stand) == 0.0:
+            found.append(i)
+    return found
+
+
+def _stand(
+    grid: OccupancyGrid,
+    clearance_m: np.ndarray,
+    position_w: np.ndarray,
+    facing_rad: float,
+    depth_m: float,
+    half_height_m: float,
+) -> np.ndarray:
+    """(3,) x, y and yaw of the robot that faces an object at a position, its knees and toes clear of a table."""
+    nearest = stand_distance_m(depth_m, position_w[2] - half_height_m)
     yaw = np.arctan2(np.sin(facing_rad), np.cos(facing_rad))
-    return np.array([position_w[0] - distance * np.cos(yaw), position_w[1] - distance * np.sin(yaw), yaw])
+    ahead = np.array([np.cos(yaw), np.sin(yaw)])
+    distances = nearest + np.arange(0.0, STEP_BACK_M + 1e-9, 0.02)
+    places = position_w[:2] - distances[:, None] * ahead
+    room = np.array([clearance_m[grid.cell_of(p)] for p in places])
+    enough = room >= EASY_CLEARANCE_M
+    chosen = int(enough.argmax()) if enough.any() else 0
+    return np.array([*places[chosen], yaw])
 
 
 def _lacking_room_m(grid: OccupancyGrid, clearance_m: np.ndarray, stand: np.ndarray) -> float:

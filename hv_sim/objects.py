@@ -22,6 +22,7 @@ from hv_sim.object_kinds.small_tables import SMALL_TABLES
 from hv_sim.object_kinds.soft import SOFT
 from hv_sim.object_kinds.tools import TOOLS
 from hv_sim.parts import COLORS, Part, bounding_half_extents_m
+from hv_sim.user_objects import user_kinds
 
 GRASP_WIDTH_M = (0.15, 0.45)
 """Narrowest and widest distance between the hands."""
@@ -132,7 +133,10 @@ def _mass_properties(parts: tuple[Part, ...], mass_kg: float) -> tuple[np.ndarra
     return com, inertia
 
 
-OBJECT_KINDS: dict[str, ObjectKind] = {
+PACKAGED_KINDS: dict[str, ObjectKind] = {
     **CONTAINERS, **SEATS, **SMALL_TABLES, **DECOR, **KITCHENWARE, **ELECTRONICS, **LUGGAGE, **TOOLS, **SOFT,
 }  # fmt: skip
-"""Kinds that a task file may name."""
+"""Kinds that come with the package."""
+
+OBJECT_KINDS: dict[str, ObjectKind] = {**user_kinds(), **PACKAGED_KINDS}
+"""Kinds that a task file may name: those of the package, and the user's own (`hv_sim.user_objects`)."""

@@ -33,15 +33,27 @@ COLORS: dict[str, tuple[float, float, float]] = {
 """Names that a task file may use for a colour -> red, green, blue in [0, 1]."""
 
 COLLISION_SHAPES = ("box", "cylinder")
-VISUAL_SHAPES = (*COLLISION_SHAPES, "ellipsoid", "capsule", "plane")
+VISUAL_SHAPES = (*COLLISION_SHAPES, "ellipsoid", "capsule", "plane", "mesh")
 
 Color = tuple[float, float, float]
 Vector = tuple[float, float, float]
 
 
+@dataclass(frozen=True, eq=False)
+class MeshShape:
+    """Triangles to look at: vertices (V, 3) float32 in m, faces (F, 3) int32."""
+
+    vertices_m: np.ndarray
+    faces: np.ndarray
+
+    def stretched(self, factors: np.ndarray) -> MeshShape:
+        """The same with its coordinates multiplied by (3,) factors."""
+        return MeshShape((self.vertices_m * factors).astype(np.float32), self.faces)
+
+
 @dataclass(frozen=True)
 class Part:
-    """One primitive.
+    """One primitive, or a mesh that is only looked at.
 
     Attributes:
         shape: one of `VISUAL_SHAPES`; a part that collides is a `COLLISION_SHAPES` one and stands upright.
@@ -53,6 +65,7 @@ class Part:
         collides: takes part in contacts, in the occupancy grid and in the object's geometry.
         visible: False for a collision shape that finer visual parts stand in for.
         mass_share: of the object's mass (relative to the other parts; unused for furniture).
+        mesh: the triangles of a part whose shape is "mesh".
     """
 
     shape: str
@@ -64,6 +77,7 @@ class Part:
     collides: bool = False
     visible: bool = True
     mass_share: float = 0.0
+    mesh: MeshShape | None = None
 
     def __post_init__(self) -> None:
         if self.shape not in VISUAL_SHAPES:

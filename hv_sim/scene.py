@@ -41,6 +41,7 @@ _GEOM_TYPES = {
     "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
     "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
     "plane": mujoco.mjtGeom.mjGEOM_PLANE,
+    "mesh": mujoco.mjtGeom.mjGEOM_MESH,
 }
 
 
@@ -119,6 +120,7 @@ def compile_scene(task: Task, *, physics_hz: int = 120) -> Scene:
     add_humanoid(spec)
     _add_static(spec, task.room, static)
     for placement, thing in zip(task.objects, built, strict=True):
+        _add_meshes(spec, placement.name, thing)
         _add_object(spec, placement.name, placement.position_m, thing)
     configure_physics(spec, physics_hz)
     model = spec.compile()
@@ -188,12 +190,20 @@ def _add_static(spec: mujoco.MjSpec, room: Room, parts: list[Part]) -> None:
     _add_parts(world, parts, STATIC_GEOMS - 1, STATIC_COLLIDERS - 1, _PARKED_M)
 
 
+def _add_meshes(spec: mujoco.MjSpec, name: str, built: BuiltObject) -> None:
+    for i, part in enumerate(built.parts):
+        if part.mesh is not None:
+            mesh = spec.add_mesh(name=f"{name}_{i}")
+            mesh.uservert, mesh.userface = part.mesh.vertices_m.ravel().tolist(), part.mesh.faces.ravel().tolist()
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # meshes from anywhere are rarely closed
+
+
 def _add_object(spec: mujoco.MjSpec, name: str, position_m: tuple[float, float, float], built: BuiltObject) -> None:
     body = spec.worldbody.add_body(name=name, pos=list(position_m))
     body.add_freejoint(name=name)
     body.explicitinertial = True
     body.mass, body.ipos, body.inertia = built.mass_kg, list(built.com_m), list(built.inertia)
-    _add_parts(body, built.parts, OBJECT_GEOMS, OBJECT_COLLIDERS)
+    _add_parts(body, built.parts, OBJECT_GEOMS, OBJECT_COLLIDERS, name=name)
     for geom in body.geoms:
         # what is round comes to rest when it rolls: .01 m of rolling friction, .65 m/s^2 for a bin on its side
         rolls = geom.type == mujoco.mjtGeom.mjGEOM_CYLINDER
@@ -206,12 +216,18 @@ def _add_parts(
     count: int,
     colliders: int,
     padding_pos_m: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    name: str = "",
 ) -> None:
-    """Adds the parts as geoms, and padding up to `count` geoms of which `colliders` collide, or seem to."""
-    for part in parts:
+    """Adds the parts as geoms, and padding up to `count` geoms of which `colliders` collide, or seem to.
+
+    Meshes are called after `name` and the number of their part.
+    """
+    for i, part in enumerate(parts):
         geom = body.add_geom(
             type=_GEOM_TYPES[part.shape], size=list(part.size_m), pos=list(part.pos_m), quat=list(part.quat)
         )
+        if part.mesh is not None:
+            geom.meshname = f"{name}_{i}"
         geom.rgba = [*part.color, 1.0 if part.visible else 0.0]
         geom.material = part.material
         geom.group = 0 if part.visible else _PADDING_GROUP

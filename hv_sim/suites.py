@@ -20,7 +20,7 @@ SUITES = ("seen", "unseen", "single", "chain3", "chain5")
 
 SUITE_SIZES = {"seen": 350, "unseen": 66, "single": 700, "chain3": 100, "chain5": 60}
 
-_FOLDER = Path(__file__).parent / "suites" / "v1"
+_FOLDER = Path(__file__).parent / "suite_files" / "v1"
 _MAX_FILE_BYTES = 200_000_000
 _SELECTION = re.compile(r"(?P<suite>[a-z0-9]+)(:(?P<first>\d+)(-(?P<last>\d+))?)?")
 

@@ -157,7 +157,7 @@ ELECTRONICS: dict[str, ObjectKind] = {
                           noun="computer monitor", other_nouns=("monitor", "computer screen"),
                           colors=("charcoal", "silver", "white"), support="surface", blocked=(1, 3)),
     "laptop": ObjectKind(_laptop, (0.27, 0.34, 0.34), 2.4, "silver", grasp_height=-0.36, category="laptop",
-                         noun="laptop", other_nouns=("laptop on its stand", "notebook computer"),
+                         noun="laptop", other_nouns=("notebook", "notebook computer"),
                          colors=("silver", "charcoal"), support="surface", blocked=(1, 3)),
     "printer": ObjectKind(_printer, (0.36, 0.42, 0.26), 5.0, "white", grasp_height=0.1, category="printer",
                           noun="printer", other_nouns=("inkjet printer",), colors=("white", "gray", "black"),

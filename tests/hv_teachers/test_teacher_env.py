@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from hv_policy.motor.prior import load_shipped_motor_prior
+from hv_sim.single_object import single_object_tasks
 from hv_sim.task import load_task
-from hv_teachers.curriculum import single_object_tasks
 from hv_teachers.planner import Phase
 from hv_teachers.teacher_env import TeacherEnv, TeacherEnvConfig
 from hv_teachers.teacher_network import TeacherConfig, TeacherNetwork

@@ -1,0 +1,306 @@
+"""Meshes of the user's own (GLB, OBJ, STL, or a Sweet Home 3D `.sh3f` catalogue) made into objects to be carried.
+
+What is seen is the mesh, simplified; what collides are boxes round its convex parts (coacd); where the hands press is
+proposed from those boxes. Nothing is unpacked to disk, nothing outside the file is read.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+import trimesh
+from trimesh.resolvers import ZipResolver
+
+from hv_sim.objects import GRASP_WIDTH_M, MASS_KG
+from hv_sim.parts import Color, MeshShape
+from hv_sim.user_objects import UserObject, write_object
+
+SUFFIXES = (".glb", ".obj", ".stl", ".sh3f")
+MAX_BYTES = 200_000_000
+MAX_FACES = 1_000_000
+DENSITY_KG_M3 = 140.0
+"""Of the boxes that collide: furniture and household things are mostly hollow."""
+HEIGHT_M = (0.1, 1.2)
+_VISUAL_FACES, _DECOMPOSED_FACES, _SEEN_FACES = 6000, 4000, 12
+_PARTS, _COLORS = 6, 10
+_PATCH_M = 0.03
+"""Half of the width of what a hand presses on."""
+_BELOW_TOP_M = 0.045
+_GRAY: Color = (0.6, 0.6, 0.6)
+
+
+@dataclass(frozen=True)
+class _Source:
+    """One mesh of a file, with what a catalogue says about it."""
+
+    name: str
+    meshes: tuple[tuple[trimesh.Trimesh, Color], ...]
+    size_m: tuple[float, float, float] | None  # as the catalogue wants it: depth, width, height
+
+
+def import_file(
+    file: Path, folder: Path, *, size_m: float | None = None, mass_kg: float | None = None, up: str | None = None
+) -> Iterator[Path]:
+    """Makes objects from a file and writes them below a folder; of a catalogue, those that can be carried.
+
+    Args:
+        file: `.glb`, `.obj`, `.stl` or `.sh3f`.
+        folder: where objects are looked for (`hv_sim.user_objects`).
+        size_m: length of the longest side; by default as the file says.
+        mass_kg: by default from the volume.
+        up: "y" or "z", the vertical axis; by default y for GLB, OBJ and catalogues, z for STL.
+
+    Yields:
+        Paths of `object.json` files.
+
+    Raises:
+        ValueError: the file is not a mesh, is broken, too large, or cannot be carried; one line that says why.
+    """
+    _check_file(file)
+    up = up or ("z" if file.suffix.lower() == ".stl" else "y")
+    if file.suffix.lower() != ".sh3f":
+        source = _Source(_name(file.stem), _load(file.read_bytes(), file.suffix.lower(), str(file)), None)
+        yield write_object(make_object(source, size_m, mass_kg, up), folder)
+        return
+    written, refused = 0, []
+    for source in _catalogue(file):
+        try:
+            thing = make_object(source, size_m, mass_kg, up)
+        except ValueError as error:
+            refused.append(str(error))
+            continue
+        written += 1
+        yield write_object(thing, folder)
+    if not written:
+        raise ValueError(f"{file}: none of its {len(refused)} meshes can be carried; the first: {refused[:1]}")
+
+
+def make_object(source: _Source, size_m: float | None, mass_kg: float | None, up: str) -> UserObject:
+    """An object from a mesh.
+
+    Raises:
+        ValueError: it is too small, too large or has no two opposite sides to press.
+    """
+    turned = [(_upright(mesh, up), color) for mesh, color in source.meshes]
+    low = np.min([m.bounds[0] for m, _ in turned], axis=0)
+    high = np.max([m.bounds[1] for m, _ in turned], axis=0)
+    extent = high - low
+    if not (extent > 1e-9).all():
+        raise ValueError(f"{source.name}: it is flat; valid: a mesh with depth, width and height")
+    scale = np.ones(3)
+    if source.size_m is not None:
+        scale = np.array(source.size_m) / extent
+    if size_m is not None:
+        scale = scale * (size_m / (extent * scale).max())
+    size = extent * scale
+    _check_size(source.name, size)
+    placed = []
+    for mesh, color in turned:
+        mesh.apply_translation(-(low + high) / 2)
+        mesh.apply_scale(scale)
+        placed.append((mesh, color))
+    boxes = _convex_boxes(trimesh.util.concatenate([m for m, _ in placed]), size)
+    grasp, blocked = _affordances(boxes, size)
+    if grasp is None:
+        raise ValueError(f"{source.name}: no two opposite sides are there for the hands to press")
+    volume = sum(float(np.prod(s)) for _, s in boxes)
+    mass = float(np.clip(DENSITY_KG_M3 * volume, *MASS_KG)) if mass_kg is None else float(mass_kg)
+    if not MASS_KG[0] <= mass <= MASS_KG[1]:
+        raise ValueError(f"{source.name}: mass_kg: {mass:g} is not valid; valid: {MASS_KG[0]:g} to {MASS_KG[1]:g}")
+    return UserObject(
+        name=source.name,
+        noun=source.name.replace("_", " "),
+        size_m=(float(size[0]), float(size[1]), float(size[2])),
+        mass_kg=round(mass, 2),
+        grasp_height=round(grasp / float(size[2]), 4),
+        blocked=blocked,
+        boxes=tuple((_three(c), _three(s)) for c, s in boxes),
+        meshes=tuple(_visual(placed)),
+    )
+
+
+def _check_file(file: Path) -> None:
+    if file.suffix.lower() not in SUFFIXES:
+        raise ValueError(f"{file}: {file.suffix!r} is not a kind of mesh file; valid: {', '.join(SUFFIXES)}")
+    if not file.is_file():
+        raise ValueError(f"{file}: there is no such file")
+    if file.stat().st_size > MAX_BYTES:
+        raise ValueError(f"{file}: {file.stat().st_size} bytes; valid: at most {MAX_BYTES}")
+
+
+def _check_size(name: str, size: np.ndarray) -> None:
+    text = " x ".join(f"{s:.2f}" for s in size)
+    low, high = GRASP_WIDTH_M
+    if not (size[:2] >= low).all() or not (size[:2] <= high).all():
+        raise ValueError(f"{name}: {text} m cannot be held; valid: {low:g} to {high:g} m across, so give --size")
+    if not HEIGHT_M[0] <= size[2] <= HEIGHT_M[1]:
+        raise ValueError(f"{name}: {text} m is not a height that works; valid: {HEIGHT_M[0]:g} to {HEIGHT_M[1]:g} m")
+
+
+def _load(raw: bytes, suffix: str, label: str, resolver: ZipResolver | None = None):
+    """The meshes of a file with their colours, checked."""
+    if suffix == ".stl" and raw[:5] != b"solid" and len(raw) > 84:
+        _check_faces(int.from_bytes(raw[80:84], "little"), label)
+    if suffix == ".obj":
+        _check_faces(raw.count(b"\nf "), label)
+        for line in re.findall(rb"^\s*mtllib\s+(.+)$", raw, re.MULTILINE):
+            _check_path(line.decode("utf-8", "replace").strip(), label)
+    try:
+        loaded = trimesh.load_scene(io.BytesIO(raw), file_type=suffix[1:], resolver=resolver, process=False)
+        whole = loaded.to_geometry() if not loaded.geometry else None
+        parts = loaded.dump() if whole is None else [whole]
+    except Exception as error:  # whatever a parser stumbles over in a broken file
+        raise ValueError(f"{label}: not a readable {suffix[1:]} file ({' '.join(str(error).split())[:120]})") from None
+    meshes = [m for m in parts if isinstance(m, trimesh.Trimesh) and len(m.faces)]
+    if not meshes:
+        raise ValueError(f"{label}: holds no face; valid: a mesh with faces")
+    _check_faces(sum(len(m.faces) for m in meshes), label)
+    for mesh in meshes:
+        if not np.isfinite(mesh.vertices).all():
+            raise ValueError(f"{label}: a vertex is not finite; valid: finite coordinates")
+    return tuple((m, _color(m)) for m in meshes)
+
+
+def _check_faces(count: int, label: str) -> None:
+    if count > MAX_FACES:
+        raise ValueError(f"{label}: {count} faces; valid: at most {MAX_FACES}, simplify the mesh first")
+
+
+def _check_path(name: str, label: str) -> None:
+    path = PurePosixPath(name.replace("\\", "/"))
+    if path.is_absolute() or ".." in path.parts or ":" in name:
+        raise ValueError(f"{label}: {name!r} leaves its folder; valid: names of files beside it")
+
+
+def _catalogue(file: Path) -> Iterator[_Source]:
+    """The meshes of a Sweet Home 3D catalogue, in its order; those that are broken are left out."""
+    try:
+        with zipfile.ZipFile(file) as archive:
+            for entry in archive.infolist():
+                _check_path(entry.filename, str(file))
+                if entry.file_size > MAX_BYTES:
+                    raise ValueError(f"{file}: {entry.filename!r} is {entry.file_size} bytes; valid: {MAX_BYTES}")
+            text = archive.read("PluginFurnitureCatalog.properties").decode("latin-1")
+            fields = dict(re.findall(r"^([A-Za-z]+#\d+)\s*[=:]\s*(.*?)\s*$", text, re.MULTILINE))
+            for number in sorted({int(k.split("#")[1]) for k in fields}):
+                entry = {k.split("#")[0]: v for k, v in fields.items() if k.endswith(f"#{number}")}
+                model = entry.get("model", "").lstrip("/")
+                suffix = Path(model).suffix.lower()
+                if suffix != ".obj" or model not in archive.namelist():
+                    continue
+                # the model's materials are beside it in the archive
+                names = {n: archive for n in archive.namelist()}
+                resolver = ZipResolver({n: io.BytesIO(archive.read(n)) for n in _beside(model, names)})
+                try:
+                    meshes = _load(archive.read(model), suffix, f"{file}: {model}", resolver)
+                    size = tuple(float(entry[k]) / 100.0 for k in ("depth", "width", "height"))
+                except (KeyError, ValueError):
+                    continue
+                yield _Source(_name(entry.get("name", Path(model).stem)), meshes, (size[0], size[1], size[2]))
+    except (zipfile.BadZipFile, KeyError, EOFError, NotImplementedError) as error:
+        raise ValueError(f"{file}: not a readable catalogue ({error})") from None
+
+
+def _beside(model: str, names: dict) -> list[str]:
+    folder = str(PurePosixPath(model).parent)
+    return [n for n in names if str(PurePosixPath(n).parent) == folder and n.lower().endswith(".mtl")]
+
+
+def _color(mesh: trimesh.Trimesh) -> Color:
+    """The mean colour of a mesh's material."""
+    try:
+        rgb = np.asarray(mesh.visual.to_color().main_color, dtype=float)[:3] / 255.0
+    except Exception:  # materials come in many kinds, and none matters enough to fail
+        return _GRAY
+    return (float(rgb[0]), float(rgb[1]), float(rgb[2])) if np.isfinite(rgb).all() else _GRAY
+
+
+def _upright(mesh: trimesh.Trimesh, up: str) -> trimesh.Trimesh:
+    """A copy with z up and the front, which files with y up have toward +z, toward +x."""
+    copy = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    if up == "y":
+        turn = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
+        copy.apply_transform(turn)
+    return copy
+
+
+def _convex_boxes(mesh: trimesh.Trimesh, size: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Centres and sizes of at most `_PARTS` boxes round the convex parts of a mesh."""
+    import coacd
+
+    coacd.set_log_level("off")
+    simple = _simplified(mesh, _DECOMPOSED_FACES)
+    parts = coacd.run_coacd(
+        coacd.Mesh(np.asarray(simple.vertices), np.asarray(simple.faces)), threshold=0.12, max_convex_hull=_PARTS,
+        preprocess_mode="on", preprocess_resolution=30, resolution=800, mcts_nodes=10, mcts_iterations=40, seed=0,
+    )  # fmt: skip
+    found = []
+    for vertices, _ in parts[:_PARTS]:
+        low = np.clip(vertices.min(0), -size / 2, size / 2)
+        high = np.clip(vertices.max(0), -size / 2, size / 2)
+        found.append(((low + high) / 2, np.maximum(high - low, 0.01)))
+    # preprocessing thickens a mesh by a voxel: the whole is brought back to the mesh's own bounds
+    lows = np.min([c - s / 2 for c, s in found], axis=0)
+    highs = np.max([c + s / 2 for c, s in found], axis=0)
+    stretch = size / (highs - lows)
+    return [((c - (lows + highs) / 2) * stretch, s * stretch) for c, s in found]
+
+
+def _affordances(boxes: list[tuple[np.ndarray, np.ndarray]], size: np.ndarray) -> tuple[float | None, tuple[int, ...]]:
+    """The highest place where two opposite sides can be pressed, and the grasps for which there is none."""
+    best: tuple[float | None, tuple[int, ...]] = (None, (0, 1, 2, 3))
+    for height in np.linspace(size[2] / 2 - _BELOW_TOP_M, -size[2] / 2 + 0.06, 12):
+        free = [all(_pressed(boxes, size, axis, side, float(height)) for side in (-1, 1)) for axis in (1, 0)]
+        # grasps 0 and 2 press the sides along y, 1 and 3 those along x
+        blocked = tuple(i for i in range(4) if not free[i % 2])
+        if len(blocked) < len(best[1]):
+            best = float(height), blocked
+    return best
+
+
+def _pressed(boxes: list[tuple[np.ndarray, np.ndarray]], size: np.ndarray, axis: int, side: int, height: float) -> bool:
+    """Whether a box reaches the bounding box's side where a hand would press."""
+    other = 1 - axis
+    for center, extent in boxes:
+        low, high = center - extent / 2, center + extent / 2
+        outer = high[axis] if side > 0 else -low[axis]
+        flush = outer > size[axis] / 2 - 0.012
+        tall = low[2] < height - _PATCH_M / 2 and high[2] > height + _PATCH_M / 2
+        if flush and tall and low[other] < -_PATCH_M / 2 and high[other] > _PATCH_M / 2:
+            return True
+    return False
+
+
+def _visual(placed: list[tuple[trimesh.Trimesh, Color]]) -> Iterator[tuple[MeshShape, Color]]:
+    """At most `_COLORS` meshes, of one colour each, with few enough faces to be drawn quickly."""
+    groups: dict[tuple[int, ...], list[tuple[trimesh.Trimesh, Color]]] = {}
+    for mesh, color in placed:
+        groups.setdefault(tuple(round(4 * c) for c in color), []).append((mesh, color))
+    largest = sorted(groups.values(), key=lambda g: -sum(m.area for m, _ in g))
+    total = sum(len(m.faces) for m, _ in placed)
+    for group in largest[:_COLORS]:
+        whole = trimesh.util.concatenate([m for m, _ in group])
+        share = max(_SEEN_FACES, round(_VISUAL_FACES * len(whole.faces) / max(total, 1)))
+        simple = _simplified(whole, share)
+        if len(simple.faces) < 4 or np.linalg.matrix_rank(simple.vertices - simple.vertices.mean(0), tol=1e-5) < 3:
+            continue  # MuJoCo takes no flat mesh
+        yield MeshShape(simple.vertices.astype(np.float32), simple.faces.astype(np.int32)), group[0][1]
+
+
+def _simplified(mesh: trimesh.Trimesh, faces: int) -> trimesh.Trimesh:
+    merged = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
+    return merged if len(merged.faces) <= faces else merged.simplify_quadric_decimation(face_count=faces)
+
+
+def _name(text: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")[:40] or "object"
+
+
+def _three(v: np.ndarray) -> tuple[float, float, float]:
+    return (round(float(v[0]), 5), round(float(v[1]), 5), round(float(v[2]), 5))
