@@ -10,15 +10,16 @@ import io
 import re
 import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import numpy as np
 import trimesh
 from trimesh.resolvers import ZipResolver
 
-from hv_sim.objects import GRASP_WIDTH_M, MASS_KG
-from hv_sim.parts import Color, MeshShape
+from hv_sim.objects import GRASP_WIDTH_M, MASS_KG, PACKAGED_KINDS, propose_grasps
+from hv_sim.parts import Color, MeshShape, box
 from hv_sim.user_objects import UserObject, write_object
 
 SUFFIXES = (".glb", ".obj", ".stl", ".sh3f")
@@ -29,9 +30,6 @@ DENSITY_KG_M3 = 140.0
 HEIGHT_M = (0.1, 1.2)
 _VISUAL_FACES, _DECOMPOSED_FACES, _SEEN_FACES = 6000, 4000, 12
 _PARTS, _COLORS = 6, 10
-_PATCH_M = 0.03
-"""Half of the width of what a hand presses on."""
-_BELOW_TOP_M = 0.045
 _GRAY: Color = (0.6, 0.6, 0.6)
 
 
@@ -66,19 +64,28 @@ def import_file(
     up = up or ("z" if file.suffix.lower() == ".stl" else "y")
     if file.suffix.lower() != ".sh3f":
         source = _Source(_name(file.stem), _load(file.read_bytes(), file.suffix.lower(), str(file)), None)
+        source = replace(source, name=_free_name(source.name, set()))
         yield write_object(make_object(source, size_m, mass_kg, up), folder)
         return
-    written, refused = 0, []
+    names: set[str] = set()
+    refused = []
     for source in _catalogue(file):
+        name = _free_name(source.name, names)
         try:
-            thing = make_object(source, size_m, mass_kg, up)
+            thing = make_object(replace(source, name=name), size_m, mass_kg, up)
         except ValueError as error:
             refused.append(str(error))
             continue
-        written += 1
+        names.add(name)
         yield write_object(thing, folder)
-    if not written:
+    if not names:
         raise ValueError(f"{file}: none of its {len(refused)} meshes can be carried; the first: {refused[:1]}")
+
+
+def _free_name(name: str, taken: set[str]) -> str:
+    """The name with a number where it is taken, by another mesh of a catalogue or by a kind of the package."""
+    options = (name, *(f"{name}_{i}" for i in range(2, 1000)))
+    return next(n for n in options if n not in taken and n not in PACKAGED_KINDS)
 
 
 def make_object(source: _Source, size_m: float | None, mass_kg: float | None, up: str) -> UserObject:
@@ -105,9 +112,9 @@ def make_object(source: _Source, size_m: float | None, mass_kg: float | None, up
         mesh.apply_translation(-(low + high) / 2)
         mesh.apply_scale(scale)
         placed.append((mesh, color))
-    boxes = _convex_boxes(trimesh.util.concatenate([m for m, _ in placed]), size)
-    grasp, blocked = _affordances(boxes, size)
-    if grasp is None:
+    boxes = _convex_boxes(_joined([m for m, _ in placed]), size)
+    _, pressable = propose_grasps([box(_three(c), _three(s), _GRAY, collides=True) for c, s in boxes])
+    if not pressable.any():
         raise ValueError(f"{source.name}: no two opposite sides are there for the hands to press")
     volume = sum(float(np.prod(s)) for _, s in boxes)
     mass = float(np.clip(DENSITY_KG_M3 * volume, *MASS_KG)) if mass_kg is None else float(mass_kg)
@@ -118,8 +125,7 @@ def make_object(source: _Source, size_m: float | None, mass_kg: float | None, up
         noun=source.name.replace("_", " "),
         size_m=(float(size[0]), float(size[1]), float(size[2])),
         mass_kg=round(mass, 2),
-        grasp_height=round(grasp / float(size[2]), 4),
-        blocked=blocked,
+        blocked=(),
         boxes=tuple((_three(c), _three(s)) for c, s in boxes),
         meshes=tuple(_visual(placed)),
     )
@@ -182,10 +188,10 @@ def _catalogue(file: Path) -> Iterator[_Source]:
     """The meshes of a Sweet Home 3D catalogue, in its order; those that are broken are left out."""
     try:
         with zipfile.ZipFile(file) as archive:
-            for entry in archive.infolist():
-                _check_path(entry.filename, str(file))
-                if entry.file_size > MAX_BYTES:
-                    raise ValueError(f"{file}: {entry.filename!r} is {entry.file_size} bytes; valid: {MAX_BYTES}")
+            for member in archive.infolist():
+                _check_path(member.filename, str(file))
+                if member.file_size > MAX_BYTES:
+                    raise ValueError(f"{file}: {member.filename!r} is {member.file_size} bytes; valid: {MAX_BYTES}")
             text = archive.read("PluginFurnitureCatalog.properties").decode("latin-1")
             fields = dict(re.findall(r"^([A-Za-z]+#\d+)\s*[=:]\s*(.*?)\s*$", text, re.MULTILINE))
             for number in sorted({int(k.split("#")[1]) for k in fields}):
@@ -195,8 +201,8 @@ def _catalogue(file: Path) -> Iterator[_Source]:
                 if suffix != ".obj" or model not in archive.namelist():
                     continue
                 # the model's materials are beside it in the archive
-                names = {n: archive for n in archive.namelist()}
-                resolver = ZipResolver({n: io.BytesIO(archive.read(n)) for n in _beside(model, names)})
+                beside = [n for n in archive.namelist() if n.lower().endswith(".mtl") and _folder(n) == _folder(model)]
+                resolver = ZipResolver({PurePosixPath(n).name: io.BytesIO(archive.read(n)) for n in beside})
                 try:
                     meshes = _load(archive.read(model), suffix, f"{file}: {model}", resolver)
                     size = tuple(float(entry[k]) / 100.0 for k in ("depth", "width", "height"))
@@ -207,15 +213,16 @@ def _catalogue(file: Path) -> Iterator[_Source]:
         raise ValueError(f"{file}: not a readable catalogue ({error})") from None
 
 
-def _beside(model: str, names: dict) -> list[str]:
-    folder = str(PurePosixPath(model).parent)
-    return [n for n in names if str(PurePosixPath(n).parent) == folder and n.lower().endswith(".mtl")]
+def _folder(name: str) -> str:
+    return str(PurePosixPath(name).parent)
 
 
 def _color(mesh: trimesh.Trimesh) -> Color:
     """The mean colour of a mesh's material."""
     try:
-        rgb = np.asarray(mesh.visual.to_color().main_color, dtype=float)[:3] / 255.0
+        visual: Any = mesh.visual
+        painted = getattr(visual, "material", visual)
+        rgb = np.array(painted.main_color, dtype=np.float64)[:3] / 255.0
     except Exception:  # materials come in many kinds, and none matters enough to fail
         return _GRAY
     return (float(rgb[0]), float(rgb[1]), float(rgb[2])) if np.isfinite(rgb).all() else _GRAY
@@ -252,31 +259,6 @@ def _convex_boxes(mesh: trimesh.Trimesh, size: np.ndarray) -> list[tuple[np.ndar
     return [((c - (lows + highs) / 2) * stretch, s * stretch) for c, s in found]
 
 
-def _affordances(boxes: list[tuple[np.ndarray, np.ndarray]], size: np.ndarray) -> tuple[float | None, tuple[int, ...]]:
-    """The highest place where two opposite sides can be pressed, and the grasps for which there is none."""
-    best: tuple[float | None, tuple[int, ...]] = (None, (0, 1, 2, 3))
-    for height in np.linspace(size[2] / 2 - _BELOW_TOP_M, -size[2] / 2 + 0.06, 12):
-        free = [all(_pressed(boxes, size, axis, side, float(height)) for side in (-1, 1)) for axis in (1, 0)]
-        # grasps 0 and 2 press the sides along y, 1 and 3 those along x
-        blocked = tuple(i for i in range(4) if not free[i % 2])
-        if len(blocked) < len(best[1]):
-            best = float(height), blocked
-    return best
-
-
-def _pressed(boxes: list[tuple[np.ndarray, np.ndarray]], size: np.ndarray, axis: int, side: int, height: float) -> bool:
-    """Whether a box reaches the bounding box's side where a hand would press."""
-    other = 1 - axis
-    for center, extent in boxes:
-        low, high = center - extent / 2, center + extent / 2
-        outer = high[axis] if side > 0 else -low[axis]
-        flush = outer > size[axis] / 2 - 0.012
-        tall = low[2] < height - _PATCH_M / 2 and high[2] > height + _PATCH_M / 2
-        if flush and tall and low[other] < -_PATCH_M / 2 and high[other] > _PATCH_M / 2:
-            return True
-    return False
-
-
 def _visual(placed: list[tuple[trimesh.Trimesh, Color]]) -> Iterator[tuple[MeshShape, Color]]:
     """At most `_COLORS` meshes, of one colour each, with few enough faces to be drawn quickly."""
     groups: dict[tuple[int, ...], list[tuple[trimesh.Trimesh, Color]]] = {}
@@ -285,12 +267,18 @@ def _visual(placed: list[tuple[trimesh.Trimesh, Color]]) -> Iterator[tuple[MeshS
     largest = sorted(groups.values(), key=lambda g: -sum(m.area for m, _ in g))
     total = sum(len(m.faces) for m, _ in placed)
     for group in largest[:_COLORS]:
-        whole = trimesh.util.concatenate([m for m, _ in group])
+        whole = _joined([m for m, _ in group])
         share = max(_SEEN_FACES, round(_VISUAL_FACES * len(whole.faces) / max(total, 1)))
         simple = _simplified(whole, share)
         if len(simple.faces) < 4 or np.linalg.matrix_rank(simple.vertices - simple.vertices.mean(0), tol=1e-5) < 3:
             continue  # MuJoCo takes no flat mesh
         yield MeshShape(simple.vertices.astype(np.float32), simple.faces.astype(np.int32)), group[0][1]
+
+
+def _joined(meshes: list[trimesh.Trimesh]) -> trimesh.Trimesh:
+    counts = np.cumsum([0, *(len(m.vertices) for m in meshes)])
+    faces = [m.faces + first for m, first in zip(meshes, counts, strict=False)]
+    return trimesh.Trimesh(np.concatenate([m.vertices for m in meshes]), np.concatenate(faces), process=False)
 
 
 def _simplified(mesh: trimesh.Trimesh, faces: int) -> trimesh.Trimesh:

@@ -7,6 +7,7 @@ pair for each of the four directions from which the robot may face the object.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,9 +22,12 @@ from hv_sim.object_kinds.seats import SEATS
 from hv_sim.object_kinds.small_tables import SMALL_TABLES
 from hv_sim.object_kinds.soft import SOFT
 from hv_sim.object_kinds.tools import TOOLS
-from hv_sim.parts import COLORS, Part, bounding_half_extents_m
+from hv_sim.parts import COLORS, Part, Prism, bounding_half_extents_m, prisms
 from hv_sim.user_objects import user_kinds
 
+BELOW_TOP_M, PATCH_M, FLUSH_M = 0.05, 0.02, 0.012
+"""How far below the upper edge of a face a hand presses, half of the patch that it needs, and how far inside the
+bounding box that may lie."""
 GRASP_WIDTH_M = (0.15, 0.45)
 """Narrowest and widest distance between the hands."""
 MASS_KG = (0.3, 15.0)
@@ -81,8 +85,7 @@ def build_object(
         mass,
         com,
         inertia,
-        _grasps(size, spec.grasp_height),
-        np.array([i not in spec.blocked for i in range(4)]),
+        *propose_grasps(parts, spec.blocked),
     )
 
 
@@ -98,15 +101,54 @@ def _check_size(kind: str, spec: ObjectKind, size: tuple[float, float, float]) -
         raise ValueError(f"size_m: {list(size)} is not round as a {kind} is; valid: the same size along x and y")
 
 
-def _grasps(size: tuple[float, float, float], grasp_height: float) -> np.ndarray:
-    grasps = np.zeros((4, 2, 3))
+def propose_grasps(parts: Sequence[Part], blocked: Sequence[int] = ()) -> tuple[np.ndarray, np.ndarray]:
+    """Where two hands press the opposite sides of an object for each direction that a robot may face, and whether.
+
+    As high as may be, because what is held near its middle tips over between hands that roll a little while the
+    forearms turn; but `BELOW_TOP_M` below the upper edge of the faces that are pressed.
+
+    Args:
+        parts: in the object's frame.
+        blocked: directions in which a part of it is in the way.
+
+    Returns:
+        (4, 2, 3) as `BuiltObject.grasps_o`, and (4,) bool as `BuiltObject.grasp_ok`.
+    """
+    half = bounding_half_extents_m(parts)
+    solid = prisms(parts)
+    grasps, ok = np.zeros((4, 2, 3)), np.zeros(4, dtype=bool)
+    heights = [_pressed_height_m(solid, half, axis) for axis in (0, 1)]
     for i in range(4):
         angle = i * np.pi / 2
         left = np.array([-np.sin(angle), np.cos(angle)]).round(12)
-        half_width = abs(left @ np.asarray(size[:2])) / 2
-        grasps[i, 0, :2], grasps[i, 1, :2] = half_width * left, -half_width * left
-        grasps[i, :, 2] = grasp_height * size[2]
-    return grasps
+        pressed = 1 - i % 2
+        grasps[i, 0, :2], grasps[i, 1, :2] = half[pressed] * left, -half[pressed] * left
+        height = heights[pressed]
+        grasps[i, :, 2] = 0.0 if height is None else height
+        ok[i] = height is not None and i not in blocked
+    return grasps, ok
+
+
+def _pressed_height_m(solid: Sequence[Prism], half: np.ndarray, axis: int) -> float | None:
+    """The height at which both sides along an axis offer a hand a face at the bounding box, or None."""
+    faces: list[list[tuple[float, float]]] = [[], []]
+    for one in solid:
+        low, high = one.polygon_m.min(0), one.polygon_m.max(0)
+        other = 1 - axis
+        if low[other] > -PATCH_M or high[other] < PATCH_M or one.z_high_m - one.z_low_m < 2 * PATCH_M:
+            continue
+        for side, reached in enumerate((-low[axis], high[axis])):
+            if reached > half[axis] - FLUSH_M:
+                faces[side].append((one.z_low_m, one.z_high_m))
+    best = None
+    for low_a, high_a in faces[0]:
+        for low_b, high_b in faces[1]:
+            low, high = max(low_a, low_b), min(high_a, high_b)
+            if high - low < 2 * PATCH_M:
+                continue
+            height = max(high - BELOW_TOP_M, (low + high) / 2)
+            best = height if best is None else max(best, height)
+    return best
 
 
 def _mass_properties(parts: tuple[Part, ...], mass_kg: float) -> tuple[np.ndarray, np.ndarray]:

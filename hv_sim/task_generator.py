@@ -196,9 +196,11 @@ def _things(draft: _Draft, room: str, targets: int, extras: int) -> list[tuple[s
     if rng.random() < 0.6:
         chosen[-1] = chosen[int(rng.integers(targets))]
     things: list[tuple[str, ObjectPlacement]] = []
+    taken = {piece.name for piece in draft.plan.furniture}
     for kind in chosen:
-        twin = next((o for n, o in things if o.kind == kind), None)
-        name = kind if twin is None else f"{kind}_2"
+        twin = next((o for _, o in things if o.kind == kind), None)
+        name = next(n for n in (kind, *(f"{kind}_{i}" for i in range(2, 9))) if n not in taken)
+        taken.add(name)
         things.append((name, _instance(draft, name, kind, twin)))
     return things
 
@@ -349,6 +351,8 @@ def _subtask(draft: _Draft, task: Task, i: int) -> SubTask | None:
         place = places[number]
         if place.landmark and not _is_named_alone(layout, place, draft.unseen):
             continue
+        if layout.contains(place, placed.name, placed.position_m):
+            continue
         for _ in range(8):
             top = _top_of(layout, place)
             if top:
@@ -384,7 +388,7 @@ def _goals(draft: _Draft, layout: Layout, support: str) -> list[Place]:
     if support in ("floor", "both"):
         solid = [f for f in draft.plan.furniture if FURNITURE_KINDS[f.kind].solid]
         found += [Place(r, f.name) for f in solid for r in BESIDE]
-        found += [Place("room_middle")] * 3
+        found.append(Place("room_middle"))
     return found
 
 

@@ -34,7 +34,6 @@ class UserObject:
     noun: str
     size_m: Size
     mass_kg: float
-    grasp_height: float
     blocked: tuple[int, ...]
     boxes: tuple[tuple[tuple[float, float, float], tuple[float, float, float]], ...]
     """Centre and full size of each box that collides."""
@@ -43,7 +42,7 @@ class UserObject:
     def kind(self) -> ObjectKind:
         """As a kind of object; made in another size, everything is stretched."""
         return ObjectKind(
-            self._build, self.size_m, self.mass_kg, "gray", grasp_height=self.grasp_height, noun=self.noun,
+            self._build, self.size_m, self.mass_kg, "gray", noun=self.noun,
             category="own", colors=("gray",), blocked=self.blocked, max_height_m=max(0.6, 1.5 * self.size_m[2]),
         )  # fmt: skip
 
@@ -97,7 +96,6 @@ def read_object(folder: Path) -> UserObject:
             noun=str(data["noun"]),
             size_m=_vector(data["size_m"]),
             mass_kg=_number(data["mass_kg"]),
-            grasp_height=_number(data["grasp_height"]),
             blocked=tuple(int(i) for i in data["blocked"]),
             boxes=boxes,
             meshes=_meshes(folder / "visual.npz", data["colors"]),
@@ -119,7 +117,7 @@ def write_object(thing: UserObject, folder: Path) -> Path:
     draft.replace(target / "visual.npz")
     data = {
         "schema": SCHEMA, "name": thing.name, "noun": thing.noun, "size_m": thing.size_m, "mass_kg": thing.mass_kg,
-        "grasp_height": thing.grasp_height, "blocked": thing.blocked,
+        "blocked": thing.blocked,
         "boxes": [{"center_m": c, "size_m": s} for c, s in thing.boxes],
         "colors": [color for _, color in thing.meshes],
     }  # fmt: skip

@@ -21,10 +21,11 @@ def verify_all(tasks: list[Task], ambiguity: bool, workers: int = 0, title: str 
     return _in_processes(partial(verify_task, ambiguity=ambiguity), tasks, workers, title)
 
 
-def generate_suite(name: str, workers: int = 0) -> list[Task]:
-    """A suite as it is in the package."""
+def generate_suite(name: str, workers: int = 0, seen: list[Task] | None = None) -> list[Task]:
+    """A suite as it is in the package; `seen`, if it was drawn already, spares drawing it again for `single`."""
     if name == "single":
-        return list(single_tasks(generate_suite("seen", workers)))
+        whole = generate_suite("seen", workers) if seen is None else seen
+        return list(tqdm(single_tasks(whole), desc=name, unit="task", total=SUITE_SIZES[name]))
     return _in_processes(partial(_draw, name), range(SUITE_SIZES[name]), workers, name)
 
 

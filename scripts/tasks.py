@@ -114,9 +114,12 @@ def _generate(args: argparse.Namespace) -> int:
 
     for name in args.suites:
         suite_path(name)  # an unknown name is refused before the work begins
+    seen = None
     for name in args.suites:
         path = args.output / f"{name}.jsonl.gz"
-        write_tasks(path, generate_suite(name, args.workers))
+        tasks = generate_suite(name, args.workers, seen)
+        seen = tasks if name == "seen" else seen
+        write_tasks(path, tasks)
         print(f"written: {path}")
     return 0
 

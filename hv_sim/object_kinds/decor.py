@@ -81,7 +81,7 @@ def _vase(size: Size, color: Color) -> list[Part]:
 
 def _cactus(size: Size, color: Color) -> list[Part]:
     r, z = size[0] / 2, size[2]
-    pot, green = 0.36 * z, (0.24, 0.48, 0.26)
+    pot, green = 0.44 * z, (0.24, 0.48, 0.26)
     top = -z / 2 + pot
     stem = z - pot
     return [
@@ -166,26 +166,26 @@ def _mantel_clock(size: Size, color: Color) -> list[Part]:
 
 
 DECOR: dict[str, ObjectKind] = {
-    "plant": ObjectKind(_plant, (0.26, 0.26, 0.50), 2.5, "terracotta", grasp_height=-0.14, round=True,
+    "plant": ObjectKind(_plant, (0.26, 0.26, 0.50), 2.5, "terracotta", round=True,
                         category="plant", noun="potted plant", other_nouns=("plant", "houseplant"),
                         colors=("terracotta", "white", "charcoal", "teal")),
-    "cactus": ObjectKind(_cactus, (0.24, 0.24, 0.46), 2.2, "terracotta", grasp_height=-0.2, round=True,
+    "cactus": ObjectKind(_cactus, (0.24, 0.24, 0.46), 2.2, "terracotta", round=True,
                          category="plant", noun="cactus", other_nouns=("potted cactus",),
                          colors=("terracotta", "white", "yellow"), held_out=True),
-    "lamp": ObjectKind(_lamp, (0.28, 0.28, 0.44), 1.5, "blue", grasp_height=0.24, round=True, category="lamp",
+    "lamp": ObjectKind(_lamp, (0.28, 0.28, 0.44), 1.5, "blue", round=True, category="lamp",
                        noun="table lamp", other_nouns=("lamp", "reading lamp"),
                        colors=("blue", "red", "green", "black"), support="surface"),
-    "floor_lamp": ObjectKind(_floor_lamp, (0.30, 0.30, 1.15), 3.0, "black", grasp_height=0.38, round=True,
+    "floor_lamp": ObjectKind(_floor_lamp, (0.30, 0.30, 1.15), 3.0, "black", round=True,
                              max_height_m=1.2, category="lamp", noun="standing lamp", other_nouns=("tall lamp",),
                              colors=("black", "silver", "oak"), support="floor"),
-    "vase": ObjectKind(_vase, (0.24, 0.24, 0.36), 1.5, "navy", grasp_height=0.0, round=True, category="vase",
+    "vase": ObjectKind(_vase, (0.24, 0.24, 0.36), 1.5, "navy", round=True, category="vase",
                        noun="vase", other_nouns=("ceramic vase", "urn"),
                         colors=("navy", "white", "teal", "terracotta")),
     "lantern": ObjectKind(_lantern, (0.22, 0.22, 0.38), 1.4, "black", category="lantern", noun="lantern",
                           other_nouns=("candle lantern",), colors=("black", "silver", "white")),
-    "globe": ObjectKind(_globe, (0.30, 0.30, 0.42), 1.8, "walnut", grasp_height=0.143, round=True, category="globe",
+    "globe": ObjectKind(_globe, (0.30, 0.30, 0.42), 1.8, "walnut", round=True, category="globe",
                         noun="globe", other_nouns=("world globe",), colors=("walnut", "oak")),
-    "mantel_clock": ObjectKind(_mantel_clock, (0.18, 0.28, 0.28), 2.2, "walnut", grasp_height=0.38, category="clock",
+    "mantel_clock": ObjectKind(_mantel_clock, (0.18, 0.28, 0.28), 2.2, "walnut", category="clock",
                                noun="mantel clock", other_nouns=("clock", "table clock"),
                                colors=("walnut", "oak", "black"), support="surface"),
 }  # fmt: skip

@@ -43,7 +43,7 @@ def _monitor(size: Size, color: Color) -> list[Part]:
 
 def _laptop(size: Size, color: Color) -> list[Part]:
     x, y, z = size
-    stand = 0.34 * z
+    stand = 0.42 * z
     lid = z - stand - 0.03
     return [
         box((0, 0, -z / 2 + stand / 2), (x, y, stand), COLORS["oak"], collides=True, visible=False, mass_share=0.9),
@@ -153,20 +153,20 @@ def _fan(size: Size, color: Color) -> list[Part]:
 ELECTRONICS: dict[str, ObjectKind] = {
     "speaker": ObjectKind(_speaker, (0.24, 0.22, 0.36), 3.0, "walnut", category="speaker", noun="speaker",
                           other_nouns=("loudspeaker",), colors=("walnut", "black", "white")),
-    "monitor": ObjectKind(_monitor, (0.20, 0.44, 0.42), 3.2, "charcoal", grasp_height=0.1, category="monitor",
+    "monitor": ObjectKind(_monitor, (0.20, 0.44, 0.42), 3.2, "charcoal", category="monitor",
                           noun="computer monitor", other_nouns=("monitor", "computer screen"),
                           colors=("charcoal", "silver", "white"), support="surface", blocked=(1, 3)),
-    "laptop": ObjectKind(_laptop, (0.27, 0.34, 0.34), 2.4, "silver", grasp_height=-0.36, category="laptop",
+    "laptop": ObjectKind(_laptop, (0.27, 0.34, 0.34), 2.4, "silver", category="laptop",
                          noun="laptop", other_nouns=("notebook", "notebook computer"),
                          colors=("silver", "charcoal"), support="surface", blocked=(1, 3)),
-    "printer": ObjectKind(_printer, (0.36, 0.42, 0.26), 5.0, "white", grasp_height=0.1, category="printer",
+    "printer": ObjectKind(_printer, (0.36, 0.42, 0.26), 5.0, "white", category="printer",
                           noun="printer", other_nouns=("inkjet printer",), colors=("white", "gray", "black"),
                           support="surface"),
     "computer": ObjectKind(_computer, (0.40, 0.20, 0.42), 6.0, "black", category="computer", noun="desktop computer",
                            other_nouns=("computer tower", "PC"), colors=("black", "silver", "white"),
                            support="floor", held_out=True),
-    "radio": ObjectKind(_radio, (0.18, 0.32, 0.22), 1.6, "walnut", grasp_height=0.0, category="radio", noun="radio",
+    "radio": ObjectKind(_radio, (0.18, 0.32, 0.22), 1.6, "walnut", category="radio", noun="radio",
                         other_nouns=("old radio",), colors=("walnut", "red", "teal"), support="surface"),
-    "fan": ObjectKind(_fan, (0.24, 0.32, 0.48), 2.0, "white", grasp_height=0.16, category="fan", noun="desk fan",
+    "fan": ObjectKind(_fan, (0.24, 0.32, 0.48), 2.0, "white", category="fan", noun="desk fan",
                       other_nouns=("electric fan", "ventilator"), colors=("white", "black", "teal"), blocked=(1, 3)),
 }  # fmt: skip

@@ -19,7 +19,6 @@ class ObjectKind:
         size_m: usual full size.
         mass_kg: usual mass.
         color: usual colour, a name in `COLORS`.
-        grasp_height: where the hands press, above the centre, as a share of the full height.
         round: stands on a round foot, so its sizes along x and y are the same.
         max_height_m: tallest that still looks and balances right.
         category: what it is, coarsely.
@@ -35,7 +34,6 @@ class ObjectKind:
     size_m: Size
     mass_kg: float
     color: str
-    grasp_height: float = 0.2
     round: bool = False
     max_height_m: float = 0.6
     category: str = ""

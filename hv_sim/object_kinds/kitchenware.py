@@ -108,11 +108,11 @@ def _kettle(size: Size, color: Color) -> list[Part]:
 
 def _blender(size: Size, color: Color) -> list[Part]:
     r, z = size[0] / 2, size[2]
-    base = 0.36 * z
+    base = 0.48 * z
     glass = (0.72, 0.84, 0.88)
     return [
-        cylinder((0, 0, -z / 2 + base / 2), r, base, color, collides=True, visible=False, mass_share=0.8),
-        cylinder((0, 0, base / 2), 0.7 * r, z - base, glass, collides=True, visible=False, mass_share=0.2),
+        cylinder((0, 0, -z / 2 + base / 2), r, base, color, collides=True, visible=False, mass_share=0.85),
+        cylinder((0, 0, base / 2), 0.7 * r, z - base, glass, collides=True, visible=False, mass_share=0.15),
         cylinder((0, 0, -z / 2 + 0.35 * base), r, 0.7 * base, color, "gloss"),
         cylinder((0, 0, -z / 2 + 0.82 * base), 0.8 * r, 0.36 * base, shade(color, 0.85), "gloss"),
         cylinder((0, 0, 0.5 * base - 0.12 * z), 0.56 * r, 0.30 * z, glass, "gloss"),
@@ -152,10 +152,10 @@ def _bread_bin(size: Size, color: Color) -> list[Part]:
 
 def _fruit_bowl(size: Size, color: Color) -> list[Part]:
     r, z = size[0] / 2, size[2]
-    bowl = 0.62 * z
+    bowl = 0.74 * z
     return [
-        cylinder((0, 0, -z / 2 + bowl / 2), r, bowl, color, collides=True, visible=False, mass_share=0.8),
-        cylinder((0, 0, bowl / 2), 0.8 * r, z - bowl, color, collides=True, visible=False, mass_share=0.2),
+        cylinder((0, 0, -z / 2 + bowl / 2), r, bowl, color, collides=True, visible=False, mass_share=0.9),
+        cylinder((0, 0, bowl / 2), 0.8 * r, z - bowl, color, collides=True, visible=False, mass_share=0.1),
         cylinder((0, 0, -z / 2 + 0.12 * bowl), 0.55 * r, 0.24 * bowl, shade(color, 0.8), "gloss"),
         cylinder((0, 0, -z / 2 + 0.38 * bowl), 0.78 * r, 0.34 * bowl, color, "gloss"),
         cylinder((0, 0, -z / 2 + 0.76 * bowl), r, 0.48 * bowl, color, "gloss"),
@@ -170,30 +170,30 @@ KITCHENWARE: dict[str, ObjectKind] = {
     "toaster": ObjectKind(_toaster, (0.22, 0.32, 0.22), 1.8, "red", max_height_m=0.4, category="toaster",
                           noun="toaster", other_nouns=("bread toaster",), colors=("red", "silver", "cream", "teal"),
                           support="surface"),
-    "cooking_pot": ObjectKind(_cooking_pot, (0.28, 0.28, 0.24), 2.0, "silver", grasp_height=-0.05, round=True,
+    "cooking_pot": ObjectKind(_cooking_pot, (0.28, 0.28, 0.24), 2.0, "silver", round=True,
                               max_height_m=0.4, category="pot", noun="cooking pot",
                               other_nouns=("pot", "stockpot", "saucepan"), colors=("silver", "red", "navy"),
                               support="surface"),
     "microwave": ObjectKind(_microwave, (0.32, 0.44, 0.26), 4.5, "white", max_height_m=0.4, category="microwave",
                             noun="microwave", other_nouns=("microwave oven",), colors=("white", "silver", "red"),
                             support="surface"),
-    "coffee_maker": ObjectKind(_coffee_maker, (0.26, 0.24, 0.36), 2.5, "black", grasp_height=0.36,
+    "coffee_maker": ObjectKind(_coffee_maker, (0.26, 0.24, 0.36), 2.5, "black",
                                category="coffee maker", noun="coffee maker",
                                other_nouns=("coffee machine", "coffee brewer"), colors=("black", "red", "silver"),
                                support="surface"),
-    "kettle": ObjectKind(_kettle, (0.20, 0.20, 0.26), 1.4, "silver", grasp_height=-0.1, round=True, category="kettle",
+    "kettle": ObjectKind(_kettle, (0.20, 0.20, 0.26), 1.4, "silver", round=True, category="kettle",
                          noun="kettle", other_nouns=("electric kettle", "tea kettle"),
                          colors=("silver", "red", "teal"), support="surface"),
-    "blender": ObjectKind(_blender, (0.20, 0.20, 0.40), 2.4, "red", grasp_height=-0.3, round=True, category="blender",
+    "blender": ObjectKind(_blender, (0.20, 0.20, 0.40), 2.4, "red", round=True, category="blender",
                           noun="blender", other_nouns=("smoothie maker",), colors=("red", "black", "white"),
                           support="surface", held_out=True),
-    "rice_cooker": ObjectKind(_rice_cooker, (0.28, 0.28, 0.26), 2.8, "white", grasp_height=-0.05, round=True,
+    "rice_cooker": ObjectKind(_rice_cooker, (0.28, 0.28, 0.26), 2.8, "white", round=True,
                               category="pot", noun="rice cooker", other_nouns=("electric cooker",),
                               colors=("white", "pink", "teal"), support="surface"),
-    "bread_bin": ObjectKind(_bread_bin, (0.26, 0.40, 0.22), 2.0, "oak", grasp_height=0.1, category="box",
+    "bread_bin": ObjectKind(_bread_bin, (0.26, 0.40, 0.22), 2.0, "oak", category="box",
                             noun="bread bin", other_nouns=("bread box",), colors=("oak", "white", "walnut"),
                             support="surface"),
-    "fruit_bowl": ObjectKind(_fruit_bowl, (0.32, 0.32, 0.20), 1.8, "blue", grasp_height=0.0, round=True,
+    "fruit_bowl": ObjectKind(_fruit_bowl, (0.32, 0.32, 0.20), 1.8, "blue", round=True,
                              category="bowl", noun="fruit bowl", other_nouns=("bowl of fruit",),
                              colors=("blue", "white", "oak"), support="surface"),
 }  # fmt: skip

@@ -108,22 +108,22 @@ def _step_stool(size: Size, color: Color) -> list[Part]:
 
 
 SEATS: dict[str, ObjectKind] = {
-    "stool": ObjectKind(_stool, (0.34, 0.34, 0.42), 2.5, "teal", grasp_height=0.333, round=True, category="stool",
+    "stool": ObjectKind(_stool, (0.34, 0.34, 0.42), 2.5, "teal", round=True, category="stool",
                         noun="stool", other_nouns=("upholstered stool", "round stool"),
                         colors=("teal", "red", "gray", "navy"), support="floor"),
-    "dining_chair": ObjectKind(_dining_chair, (0.40, 0.40, 0.82), 3.5, "navy", grasp_height=-0.012, max_height_m=0.95,
+    "dining_chair": ObjectKind(_dining_chair, (0.40, 0.40, 0.82), 3.5, "navy", max_height_m=0.95,
                                category="chair", noun="dining chair", other_nouns=("chair", "upholstered chair"),
                                colors=("navy", "red", "gray", "green"), support="floor", blocked=(0,)),
-    "kids_chair": ObjectKind(_kids_chair, (0.32, 0.32, 0.58), 2.0, "yellow", grasp_height=-0.03, category="chair",
+    "kids_chair": ObjectKind(_kids_chair, (0.32, 0.32, 0.58), 2.0, "yellow", category="chair",
                              noun="children's chair", other_nouns=("kids' chair", "small chair"),
                              colors=("yellow", "red", "blue", "green"), support="floor", blocked=(0,), held_out=True),
-    "bar_stool": ObjectKind(_bar_stool, (0.36, 0.36, 0.68), 4.0, "red", grasp_height=0.43, round=True,
+    "bar_stool": ObjectKind(_bar_stool, (0.36, 0.36, 0.68), 4.0, "red", round=True,
                             max_height_m=0.8, category="stool", noun="bar stool", other_nouns=("high stool",),
                             colors=("red", "black", "cream"), support="floor"),
-    "pouf": ObjectKind(_pouf, (0.42, 0.42, 0.34), 2.5, "orange", grasp_height=0.08, round=True, category="pouf",
+    "pouf": ObjectKind(_pouf, (0.42, 0.42, 0.34), 2.5, "orange", round=True, category="pouf",
                        noun="pouf", other_nouns=("floor cushion", "ottoman"),
                        colors=("orange", "teal", "pink", "gray"), support="floor"),
-    "step_stool": ObjectKind(_step_stool, (0.28, 0.38, 0.26), 1.8, "oak", grasp_height=0.38, category="stool",
+    "step_stool": ObjectKind(_step_stool, (0.28, 0.38, 0.26), 1.8, "oak", category="stool",
                              noun="step stool", other_nouns=("footstool",), colors=("oak", "white", "red"),
                              support="floor"),
 }  # fmt: skip

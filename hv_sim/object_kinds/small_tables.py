@@ -40,7 +40,7 @@ SMALL_TABLES: dict[str, ObjectKind] = {
     "bedside_table": ObjectKind(_bedside_table, (0.36, 0.40, 0.46), 4.5, "oak", category="table",
                                 noun="bedside table", other_nouns=("nightstand", "night table"),
                                 colors=("oak", "walnut", "white"), support="floor"),
-    "side_table": ObjectKind(_side_table, (0.40, 0.40, 0.48), 3.0, "walnut", grasp_height=0.39, round=True,
+    "side_table": ObjectKind(_side_table, (0.40, 0.40, 0.48), 3.0, "walnut", round=True,
                              category="table", noun="side table", other_nouns=("round table", "end table"),
                              colors=("walnut", "oak", "white", "black"), support="floor"),
 }  # fmt: skip

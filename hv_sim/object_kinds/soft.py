@@ -69,16 +69,16 @@ def _book_stack(size: Size, color: Color) -> list[Part]:
 
 
 SOFT: dict[str, ObjectKind] = {
-    "cushion": ObjectKind(_cushion, (0.20, 0.40, 0.38), 0.7, "orange", grasp_height=0.0, category="cushion",
+    "cushion": ObjectKind(_cushion, (0.20, 0.40, 0.38), 0.7, "orange", category="cushion",
                           noun="cushion", other_nouns=("throw pillow", "pillow"),
                           colors=("orange", "teal", "pink", "navy", "yellow")),
     "blanket_stack": ObjectKind(_blanket_stack, (0.32, 0.40, 0.26), 2.0, "blue", category="blanket",
                                 noun="stack of blankets", other_nouns=("pile of blankets", "folded blankets"),
-                                colors=("blue", "red", "green"), grasp_height=0.1),
-    "teddy_bear": ObjectKind(_teddy_bear, (0.28, 0.32, 0.42), 0.8, "brown", grasp_height=-0.02, category="toy",
+                                colors=("blue", "red", "green")),
+    "teddy_bear": ObjectKind(_teddy_bear, (0.28, 0.32, 0.42), 0.8, "brown", category="toy",
                              noun="teddy bear", other_nouns=("stuffed bear", "teddy"),
                              colors=("brown", "tan", "cream", "pink"), held_out=True),
-    "book_stack": ObjectKind(_book_stack, (0.24, 0.32, 0.22), 3.5, "red", grasp_height=0.1, category="books",
+    "book_stack": ObjectKind(_book_stack, (0.24, 0.32, 0.22), 3.5, "red", category="books",
                              noun="stack of books", other_nouns=("pile of books", "books"),
                              colors=("red", "navy", "green")),
 }  # fmt: skip

@@ -90,18 +90,18 @@ def _cable_reel(size: Size, color: Color) -> list[Part]:
 
 
 TOOLS: dict[str, ObjectKind] = {
-    "toolbox": ObjectKind(_toolbox, (0.26, 0.42, 0.28), 4.5, "red", grasp_height=0.05, category="toolbox",
+    "toolbox": ObjectKind(_toolbox, (0.26, 0.42, 0.28), 4.5, "red", category="toolbox",
                           noun="toolbox", other_nouns=("tool chest", "tool case"), colors=("red", "blue", "green")),
-    "jerry_can": ObjectKind(_jerry_can, (0.18, 0.34, 0.44), 4.0, "green", grasp_height=0.1, category="canister",
+    "jerry_can": ObjectKind(_jerry_can, (0.18, 0.34, 0.44), 4.0, "green", category="canister",
                             noun="jerry can", other_nouns=("fuel can", "canister"), colors=("green", "red", "blue"),
                             support="floor"),
-    "fire_extinguisher": ObjectKind(_fire_extinguisher, (0.18, 0.18, 0.52), 4.5, "red", grasp_height=0.05, round=True,
+    "fire_extinguisher": ObjectKind(_fire_extinguisher, (0.18, 0.18, 0.52), 4.5, "red", round=True,
                                     category="extinguisher", noun="fire extinguisher", other_nouns=("extinguisher",),
                                     colors=("red",), support="floor", held_out=True),
-    "paint_can": ObjectKind(_paint_can, (0.22, 0.22, 0.26), 3.0, "blue", grasp_height=0.12, round=True,
+    "paint_can": ObjectKind(_paint_can, (0.22, 0.22, 0.26), 3.0, "blue", round=True,
                             category="can", noun="paint can", other_nouns=("can of paint", "paint tin"),
                             colors=("blue", "red", "green", "yellow")),
-    "cable_reel": ObjectKind(_cable_reel, (0.38, 0.38, 0.32), 4.0, "oak", grasp_height=0.39, round=True,
+    "cable_reel": ObjectKind(_cable_reel, (0.38, 0.38, 0.32), 4.0, "oak", round=True,
                              category="reel", noun="cable reel", other_nouns=("cable drum",), colors=("oak", "walnut"),
                              support="floor"),
 }  # fmt: skip

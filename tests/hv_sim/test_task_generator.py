@@ -1,0 +1,36 @@
+"""Tasks drawn from a seed: always the same ones, and those in the package."""
+
+import pytest
+
+from hv_scripts.task_jobs import is_solvable
+from hv_sim.suites import load_suite
+from hv_sim.task import check_task
+from hv_sim.task_generator import OBJECTS_IN, SUBTASKS, draw_suite, draw_task
+
+
+@pytest.mark.parametrize(
+    ("suite", "index"), [("seen", 1), ("seen", 347), ("unseen", 64), ("chain3", 2), ("chain5", 58)]
+)
+def test_the_package_holds_what_the_generator_draws(suite, index):
+    assert draw_task(suite, index, is_solvable) == load_suite(suite)[index]
+
+
+def test_the_same_seed_gives_the_same_task_in_any_order():
+    forward = [draw_task("seen", i) for i in (4, 5)]
+    assert [draw_task("seen", i) for i in (5, 4)] == forward[::-1]
+    assert draw_task("seen", 4, seed=1) != forward[0]
+    assert list(draw_suite("seen", count=2)) == [draw_task("seen", 0), draw_task("seen", 1)]
+
+
+def test_candidates_that_are_not_accepted_are_thrown_away():
+    first = draw_task("chain3", 0)
+    other = draw_task("chain3", 0, accept=lambda task: task != first)
+    assert other != first
+    check_task(other)
+    with pytest.raises(ValueError, match="valid: seen, unseen"):
+        draw_task("single", 0)
+
+
+def test_every_room_has_enough_things():
+    for kinds in OBJECTS_IN.values():
+        assert len(set(kinds)) == len(kinds) > max(SUBTASKS.values()) + 4
