@@ -1,0 +1,124 @@
+"""The policies that `hv-eval` knows: the planner, the teachers, and any LeRobot checkpoint."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR
+from hv_sim.rearrange_env import RearrangeEnv
+from hv_teachers.episodes import EvaluatedPolicy, files_fingerprint
+from hv_teachers.expert import PlannerExpert
+from hv_teachers.planner import PlannerConfig
+from hv_teachers.teacher import TEACHER_FILES, WEIGHTS, Teacher, load_shipped_teacher
+
+_WEIGHTS = ("*.safetensors", "*.json", "*.pt", "*.bin")
+
+
+def load_evaluated_policy(name: str) -> EvaluatedPolicy:
+    """`planner`, `teacher`, a folder with teachers, or a folder with a LeRobot policy (`pretrained_model`).
+
+    Raises:
+        ValueError: it is none of these, or cannot be read.
+    """
+    if name == "planner":
+        return _Planner()
+    if name == "teacher":
+        return _Teacher(load_shipped_teacher(), WEIGHTS)
+    folder = Path(name)
+    if (folder / TEACHER_FILES[0]).is_file():
+        return _Teacher(Teacher.load(folder), folder)
+    for candidate in (folder, folder / "pretrained_model", folder / "checkpoints" / "last" / "pretrained_model"):
+        if (candidate / "config.json").is_file():
+            return _LeRobotPolicy(candidate)
+    raise ValueError(
+        f"policy: {name!r} is not known; valid: planner, teacher, a folder of teachers, or a LeRobot checkpoint"
+    )
+
+
+class _Planner:
+    sees = False
+
+    def __init__(self) -> None:
+        self.expert = PlannerExpert(1)
+
+    def reset(self) -> None:
+        self.expert.reset()
+
+    def __call__(self, env: RearrangeEnv, observation: dict[str, Any] | None) -> Tensor:
+        return self.expert(env.world)[1]
+
+    def fingerprint(self) -> str:
+        return f"planner-{files_fingerprint(SHIPPED_MOTOR_PRIOR)}-{abs(hash(PlannerConfig())) % 10**8:08d}"
+
+
+class _Teacher:
+    sees = False
+
+    def __init__(self, teacher: Teacher, folder: Path) -> None:
+        self.teacher, self.folder = teacher, folder
+
+    def reset(self) -> None:
+        self.teacher.reset()
+
+    def __call__(self, env: RearrangeEnv, observation: dict[str, Any] | None) -> Tensor:
+        return self.teacher(env.world)
+
+    def fingerprint(self) -> str:
+        files = [self.folder / n for n in TEACHER_FILES if (self.folder / n).is_file()]
+        return f"teacher-{files_fingerprint(*files, SHIPPED_MOTOR_PRIOR)}"
+
+
+class _LeRobotPolicy:
+    """A checkpoint, with its own processors, one environment at a time as `lerobot-eval --eval.batch_size=1` does."""
+
+    sees = True
+
+    def __init__(self, folder: Path) -> None:
+        from lerobot.configs.policies import PreTrainedConfig
+        from lerobot.policies import make_pre_post_processors
+        from lerobot.policies.factory import get_policy_class
+
+        import lerobot_policy_hv  # noqa: F401  (makes --policy.type=hv known)
+
+        self.folder = folder
+        try:
+            config = PreTrainedConfig.from_pretrained(folder)
+            config.pretrained_path = folder
+            if not torch.cuda.is_available():
+                config.device = "cpu"
+            self.policy = get_policy_class(config.type).from_pretrained(folder, config=config)
+            self.policy.eval()
+            self.before, self.after = make_pre_post_processors(
+                policy_cfg=config,
+                pretrained_path=str(folder),
+                preprocessor_overrides={"device_processor": {"device": str(config.device)}},
+            )
+        except (OSError, KeyError, TypeError, RuntimeError) as error:
+            reason = " ".join(str(error).split())[:200]
+            raise ValueError(f"policy: {folder} cannot be read as a LeRobot policy ({reason})") from error
+
+    def reset(self) -> None:
+        self.policy.reset()
+
+    def __call__(self, env: RearrangeEnv, observation: dict[str, Any] | None) -> Tensor:
+        from lerobot.envs.utils import preprocess_observation
+
+        assert observation is not None
+        batch = {
+            "pixels": {k: v[None] for k, v in observation["pixels"].items()},
+            "agent_pos": observation["agent_pos"][None],
+        }
+        inputs = preprocess_observation(batch)
+        inputs["task"] = [env.task_description]
+        with torch.inference_mode():
+            action = self.after(self.policy.select_action(self.before(inputs)))
+        return torch.from_numpy(np.asarray(action.to("cpu").numpy(), dtype=np.float32))
+
+    def fingerprint(self) -> str:
+        files = sorted(p for pattern in _WEIGHTS for p in self.folder.glob(pattern))
+        return f"{self.policy.config.type}-{files_fingerprint(*files)}"
