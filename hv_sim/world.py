@@ -136,8 +136,9 @@ class RearrangeWorld:
         return self.subtask_object[self._rows, self.subtask_index]
 
     def instructions(self) -> list[str]:
-        """The instruction in force in each environment."""
-        return [task.subtasks[i].instruction for task, i in zip(self.tasks, self.subtask_index.tolist(), strict=True)]
+        """The instruction in force in each environment; the episode's seed picks one of its phrasings."""
+        chosen = zip(self.tasks, self.subtask_index.tolist(), self.episode_seed, strict=True)
+        return [pick_phrasing(task.subtasks[i].phrasings, seed or 0, i) for task, i, seed in chosen]
 
     def object_goal_distances_m(self) -> Tensor:
         """(N, S) distance of each sub-task's object from its goal, now; 0 where there is no such sub-task."""
@@ -275,6 +276,13 @@ class RearrangeWorld:
 
     def _walk_on(self) -> None:
         self.navigator.update(self.state.link_pos_w[:, 0], self.state.object_pos_w[self._rows, self.object_index])
+
+
+def pick_phrasing(phrasings: Sequence[str], seed: int, subtask: int) -> str:
+    """One of the ways to say an instruction, the same one for the same seed and number of the sub-task."""
+    if len(phrasings) == 1:
+        return phrasings[0]
+    return phrasings[int(np.random.default_rng([seed, subtask]).integers(len(phrasings)))]
 
 
 def jittered_start(scene: Scene, seed: int) -> np.ndarray:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +56,8 @@ class _Planner:
         return self.expert(env.world)[1]
 
     def fingerprint(self) -> str:
-        return f"planner-{files_fingerprint(SHIPPED_MOTOR_PRIOR)}-{abs(hash(PlannerConfig())) % 10**8:08d}"
+        settings = hashlib.sha256(json.dumps(asdict(PlannerConfig())).encode()).hexdigest()[:8]
+        return f"planner-{files_fingerprint(SHIPPED_MOTOR_PRIOR)}-{settings}"
 
 
 class _Teacher:

@@ -111,7 +111,7 @@ def test_files_are_read_and_written_byte_for_byte(tmp_path, suites):
         (b"", "holds no task"),
         (b"{", "not a JSON document"),
         (b"\xff\xfe", "not a readable file"),
-        (b'{"schema": "hv_sim.task/2"}', ":1: schema"),
+        (b'{"schema": "hv_sim.task/2"}', ":1: name: missing"),
     ],
 )
 def test_damaged_files_are_refused_in_one_line(tmp_path, content, message):

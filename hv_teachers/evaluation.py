@@ -1,0 +1,250 @@
+"""Evaluations: many episodes in any number of processes, written down as they end, and what they add up to.
+
+Each episode is simulated alone, on one thread, from the task and a seed that follows from the evaluation's, the task's
+name and the repeat. So the result depends on nothing else, and an interrupted evaluation goes on where it was.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import multiprocessing
+import os
+import platform
+import time
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hv_sim.metrics import SUCCESS_THRESHOLDS_M, summarize
+from hv_sim.task import Task
+from hv_teachers.episodes import FAILURES, EpisodeOutcome, run_episode, tasks_fingerprint
+from hv_teachers.evaluated_policies import load_evaluated_policy
+
+EPISODES_FILE, METRICS_FILE, PLAN_FILE = "episodes.jsonl", "metrics.json", "evaluation.json"
+PHYSICS_HZ = 120
+
+
+@dataclass(frozen=True)
+class EvaluationConfig:
+    """What is evaluated on what. `suite` is only a title; the tasks are given beside it."""
+
+    policy: str
+    suite: str
+    repeats: int = 1
+    seed: int = 0
+    max_episode_steps: int | None = None
+
+
+class EvaluationError(RuntimeError):
+    """An evaluation that cannot be made or gone on with; one line that says why."""
+
+
+def episode_seed(seed: int, task_name: str, repeat: int) -> int:
+    """The environment's seed of one episode."""
+    return int(np.random.SeedSequence([seed, zlib.crc32(task_name.encode()), repeat]).generate_state(1)[0])
+
+
+def evaluate(
+    config: EvaluationConfig,
+    tasks: Sequence[Task],
+    output: Path,
+    *,
+    workers: int = 0,
+    videos: Iterable[str] = (),
+    on_episode: Callable[[EpisodeOutcome, int, int], None] | None = None,
+) -> dict[str, Any]:
+    """Plays every task `repeats` times and writes `metrics.json`; returns what is in it.
+
+    Args:
+        config: see there.
+        tasks: their names must differ.
+        output: folder; one that holds a part of the same evaluation is gone on with.
+        workers: processes, 0 for one per core.
+        videos: names of tasks whose first episodes are filmed.
+        on_episode: is told each outcome, how many there are by then, and how many there will be.
+
+    Raises:
+        EvaluationError: the folder holds another evaluation.
+        ValueError: the policy cannot be loaded.
+    """
+    output = Path(output)
+    plan = {
+        **asdict(config), "tasks": tasks_fingerprint(list(tasks)), "n_tasks": len(tasks),
+        "policy_hash": load_evaluated_policy(config.policy).fingerprint(),
+    }  # fmt: skip
+    done = _begin(output, plan)
+    wanted = [(task, repeat) for repeat in range(config.repeats) for task in tasks]
+    filmed = set(videos)
+    jobs = [
+        _Job(task, repeat, config, output / "videos" if task.name in filmed and repeat == 0 else None)
+        for task, repeat in wanted
+        if (task.name, repeat) not in done
+    ]
+    started = time.time()
+    with (output / EPISODES_FILE).open("a", encoding="utf-8") as file:
+        for outcome in _play(jobs, config.policy, workers):
+            done[(outcome.record.task, outcome.repeat)] = outcome
+            file.write(outcome.to_json() + "\n")
+            file.flush()
+            if on_episode:
+                on_episode(outcome, len(done), len(wanted))
+    outcomes = [done[(task.name, repeat)] for task, repeat in wanted]
+    metrics = {**metrics_of(outcomes), **_versions(), "plan": plan}
+    _write(output / METRICS_FILE, metrics)
+    if jobs:
+        _write(output / "timing.json", {"episodes": len(jobs), "seconds": round(time.time() - started, 1)})
+    return metrics
+
+
+def metrics_of(outcomes: Sequence[EpisodeOutcome]) -> dict[str, Any]:
+    """Everything that an evaluation reports, ready for JSON.
+
+    The keys of `hv_sim.metrics.summarize`; `interval_0.4` and `interval_0.2`, 95 % intervals (Wilson) of the successes;
+    `seconds_i`, mean time of the sub-tasks that were finished; `failures`, how many sub-tasks failed for each reason;
+    `rooms` and `kinds`, success by room (of whole episodes) and by kind of object (of sub-tasks), at .4 m.
+    """
+    records = [o.record for o in outcomes]
+    found = summarize(records)
+    for threshold in SUCCESS_THRESHOLDS_M:
+        results = [r.succeeded(threshold) for r in records]
+        most = max(len(r) for r in results)
+        shares = {f"success_{i + 1}": [r[i] for r in results if len(r) > i] for i in range(most)}
+        shares["success_all"] = [all(r) for r in results]
+        found[f"interval_{threshold}"] = {name: wilson_interval(sum(v), len(v)) for name, v in shares.items()}
+    for i in range(max(len(o.subtasks) for o in outcomes)):
+        took = [s for o in outcomes if len(o.subtasks) > i and (s := o.subtasks[i].seconds) is not None]
+        found[f"seconds_{i + 1}"] = round(float(np.mean(took)), 3) if took else None
+    subtasks = [s for o in outcomes for s in o.subtasks]
+    reasons = Counter(s.failure for s in subtasks)
+    found["failures"] = {name: reasons[name] for name in FAILURES}
+    threshold = SUCCESS_THRESHOLDS_M[0]
+    rooms: dict[str, list[bool]] = {}
+    for o in outcomes:
+        rooms.setdefault(o.room, []).append(all(o.record.succeeded(threshold)))
+    kinds: dict[str, list[bool]] = {}
+    for s in subtasks:
+        kinds.setdefault(s.object_kind, []).append(s.distance_m < threshold)
+    for title, groups in (("rooms", rooms), ("kinds", kinds)):
+        found[title] = {k: {"success": sum(v) / len(v), "n": len(v)} for k, v in sorted(groups.items())}
+    return found
+
+
+def wilson_interval(successes: int, trials: int, z: float = 1.959964) -> list[float] | None:
+    """95 % interval of a share (Wilson, 1927), [low, high]; None without trials."""
+    if trials == 0:
+        return None
+    p, n = successes / trials, trials
+    middle = (p + z * z / (2 * n)) / (1 + z * z / n)
+    half = z / (1 + z * z / n) * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    return [round(max(0.0, middle - half), 4), round(min(1.0, middle + half), 4)]
+
+
+def read_outcomes(folder: Path) -> list[EpisodeOutcome]:
+    """The episodes that an evaluation's folder holds, in the order in which they ended; a line cut short is left out.
+
+    Raises:
+        EvaluationError: a line in the middle is damaged.
+    """
+    file = folder / EPISODES_FILE
+    if not file.exists():
+        return []
+    lines = file.read_text(encoding="utf-8").splitlines()
+    found = []
+    for number, line in enumerate(lines, 1):
+        try:
+            found.append(EpisodeOutcome.from_json(line))
+        except (ValueError, KeyError, TypeError) as error:
+            if number == len(lines):
+                break
+            raise EvaluationError(f"{file}:{number}: not an episode ({error})") from None
+    return found
+
+
+@dataclass(frozen=True)
+class _Job:
+    task: Task
+    repeat: int
+    config: EvaluationConfig
+    videos: Path | None
+
+
+def _begin(output: Path, plan: dict[str, Any]) -> dict[tuple[str, int], EpisodeOutcome]:
+    """Makes the folder, or takes over what it holds."""
+    output.mkdir(parents=True, exist_ok=True)
+    file = output / PLAN_FILE
+    if file.exists():
+        try:
+            before = json.loads(file.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise EvaluationError(f"{file}: damaged ({error}); choose another folder") from None
+        for name, value in plan.items():
+            if before.get(name) != value:
+                raise EvaluationError(f"{output}: holds an evaluation with {name}={before.get(name)!r}, not {value!r}")
+        found = read_outcomes(output)
+        # what was cut short in the middle of a line is written anew
+        text = "".join(o.to_json() + "\n" for o in found)
+        _replace(output / EPISODES_FILE, text)
+        return {(o.record.task, o.repeat): o for o in found}
+    _write(file, plan)
+    return {}
+
+
+def _play(jobs: list[_Job], policy: str, workers: int) -> Iterator[EpisodeOutcome]:
+    number = min(workers or os.cpu_count() or 1, len(jobs))
+    if number == 0:
+        return
+    with multiprocessing.get_context("spawn").Pool(number, initializer=_load, initargs=(policy,)) as pool:
+        yield from pool.imap_unordered(_run, jobs)
+
+
+_POLICY: Any = None
+
+
+def _load(policy: str) -> None:
+    import torch
+
+    global _POLICY
+    torch.set_num_threads(1)
+    _POLICY = load_evaluated_policy(policy)
+
+
+def _run(job: _Job) -> EpisodeOutcome:
+    seed = episode_seed(job.config.seed, job.task.name, job.repeat)
+    frames: list[np.ndarray] = []
+    outcome = run_episode(
+        job.task, job.repeat, seed, _POLICY, job.config.max_episode_steps, frames.append if job.videos else None
+    )
+    if job.videos:
+        from hv_teachers.video import write_video
+
+        job.videos.mkdir(parents=True, exist_ok=True)
+        write_video(job.videos / f"{job.task.name}.mp4", frames, fps=15)
+    return outcome
+
+
+def _versions() -> dict[str, Any]:
+    packages = ("mujoco", "torch", "lerobot", "numpy")
+    return {
+        "versions": {**{p: version(p) for p in packages}, "python": platform.python_version()},
+        "physics_hz": PHYSICS_HZ,
+    }
+
+
+def _write(path: Path, data: dict[str, Any]) -> None:
+    _replace(path, json.dumps(data, indent=1) + "\n")
+
+
+def _replace(path: Path, text: str) -> None:
+    draft = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        draft.write_text(text, encoding="utf-8")
+        draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)
