@@ -119,7 +119,7 @@ def metrics_of(outcomes: Sequence[EpisodeOutcome]) -> dict[str, Any]:
         shares["success_all"] = [all(r) for r in results]
         found[f"interval_{threshold}"] = {name: wilson_interval(sum(v), len(v)) for name, v in shares.items()}
     for i in range(max(len(o.subtasks) for o in outcomes)):
-        took = [s for o in outcomes if len(o.subtasks) > i and (s := o.subtasks[i].seconds) is not None]
+        took = [t for o in outcomes if len(o.subtasks) > i and (t := o.subtasks[i].seconds) is not None]
         found[f"seconds_{i + 1}"] = round(float(np.mean(took)), 3) if took else None
     subtasks = [s for o in outcomes for s in o.subtasks]
     reasons = Counter(s.failure for s in subtasks)
@@ -222,7 +222,7 @@ def _run(job: _Job) -> EpisodeOutcome:
         job.task, job.repeat, seed, _POLICY, job.config.max_episode_steps, frames.append if job.videos else None
     )
     if job.videos:
-        from hv_teachers.video import write_video
+        from lerobot.utils.io_utils import write_video
 
         job.videos.mkdir(parents=True, exist_ok=True)
         write_video(job.videos / f"{job.task.name}.mp4", frames, fps=15)

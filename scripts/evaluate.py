@@ -1,0 +1,91 @@
+"""hv-eval: how well a policy does on a suite of tasks; the same figures whatever the number of processes.
+
+    hv-eval --policy=planner --suite=unseen --output outputs/eval/planner
+    hv-eval --policy=outputs/train/hv --suite=seen --repeats=3 --output outputs/eval/student
+
+Writes episodes.jsonl as it goes (give the same command again to go on) and metrics.json at the end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from tqdm import tqdm
+
+
+def main(arguments: list[str] | None = None) -> int:
+    options = _parse(arguments)
+    os.environ["OMP_NUM_THREADS"] = "1"  # for the processes that play the episodes
+    from hv_sim.gl_backend import GLError
+    from hv_sim.task import TaskError, resolve_tasks
+    from hv_teachers.evaluation import METRICS_FILE, EvaluationConfig, EvaluationError, evaluate
+
+    config = EvaluationConfig(options.policy, options.suite, options.repeats, options.seed, options.max_episode_steps)
+    try:
+        tasks = resolve_tasks(options.suite)
+        if options.n_tasks is not None:
+            if options.n_tasks > len(tasks):
+                raise TaskError(f"--n-tasks: {options.n_tasks} is not valid; valid: 1 to {len(tasks)}")
+            # spread evenly, so that a part has every kind of room
+            tasks = [tasks[round(i * len(tasks) / options.n_tasks)] for i in range(options.n_tasks)]
+        with tqdm(total=len(tasks) * options.repeats, desc=options.suite, unit="episode") as bar:
+            placed: list[bool] = []
+
+            def tell(outcome, done: int, total: int) -> None:
+                placed.append(all(outcome.record.succeeded(0.4)))
+                bar.set_postfix(success=f"{sum(placed) / len(placed):.1%}", refresh=False)
+                bar.update(done - bar.n)
+
+            metrics = evaluate(
+                config, tasks, options.output, workers=options.workers, videos=options.videos, on_episode=tell
+            )
+    except (TaskError, GLError, EvaluationError, ValueError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("error: interrupted; the same command goes on with it", file=sys.stderr)
+        return 130
+    print(_table(metrics))
+    print(f"written: {options.output / METRICS_FILE}")
+    return 0
+
+
+def _table(metrics: dict) -> str:
+    names = [k for k in metrics["at_0.4"] if k != "success_all"]
+    lines = [f"{'':<10}" + "".join(f"{n.replace('success_', 'object '):>12}" for n in names) + f"{'all':>12}"]
+    for threshold in ("0.4", "0.2"):
+        values = [metrics[f"at_{threshold}"][n] for n in (*names, "success_all")]
+        low, high = metrics[f"interval_{threshold}"]["success_all"]
+        lines.append(f"{threshold + ' m':<10}" + "".join(f"{v:>12.1%}" for v in values) + f"   [{low:.1%}, {high:.1%}]")
+    distances = [metrics[f"dist_{i + 1}"] for i in range(len(names))]
+    lines.append(f"{'miss (m)':<10}" + "".join(f"{d:>12.2f}" if d is not None else f"{'-':>12}" for d in distances))
+    failures = ", ".join(f"{k.replace('_', ' ')} {v}" for k, v in metrics["failures"].items())
+    return "\n".join([*lines, f"{metrics['n_episodes']} episodes, {metrics['fall_rate']:.1%} with a fall; {failures}"])
+
+
+def _parse(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--policy", required=True, help="planner, teacher, or the folder of a LeRobot checkpoint")
+    parser.add_argument("--suite", default="unseen", help="a suite, some of its tasks (unseen:0-9), a task, or a file")
+    parser.add_argument("--n-tasks", type=_positive, help="only so many of them, spread evenly")
+    parser.add_argument("--repeats", type=_positive, default=1, help="episodes of each task")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--workers", type=_positive, default=0, help="processes (default: one a core)")
+    parser.add_argument("--max-episode-steps", type=_positive, help="control steps (30 a second) of an episode")
+    parser.add_argument("--videos", nargs="*", default=[], metavar="TASK", help="names of tasks to film")
+    parser.add_argument("--output", type=Path, required=True, help="folder for metrics.json and episodes.jsonl")
+    return parser.parse_args(arguments)
+
+
+def _positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not a positive whole number")
+    return value
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,110 @@
+"""Evaluations: the same figures whatever the processes and the order, resumed where they were cut off."""
+
+import json
+from pathlib import Path
+
+import pytest
+import torch
+
+from hv_sim.metrics import EpisodeRecord
+from hv_sim.suites import load_suite
+from hv_sim.world import pick_phrasing
+from hv_teachers.episodes import EpisodeOutcome, SubTaskOutcome, run_episode
+from hv_teachers.evaluated_policies import load_evaluated_policy
+from hv_teachers.evaluation import (
+    EvaluationConfig,
+    EvaluationError,
+    episode_seed,
+    evaluate,
+    metrics_of,
+    read_outcomes,
+    wilson_interval,
+)
+
+SHORT = EvaluationConfig("planner", "unseen", seed=5, max_episode_steps=40)
+
+
+@pytest.fixture(scope="module")
+def once(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("eval") / "once"
+    return folder, evaluate(SHORT, load_suite("unseen")[:3], folder, workers=1)
+
+
+def test_workers_do_not_change_a_bit(once, tmp_path):
+    evaluate(SHORT, load_suite("unseen")[:3], tmp_path / "two", workers=2)
+    assert (tmp_path / "two" / "metrics.json").read_bytes() == (once[0] / "metrics.json").read_bytes()
+    lines = [sorted((f / "episodes.jsonl").read_text().splitlines()) for f in (once[0], tmp_path / "two")]
+    assert lines[0] == lines[1]
+
+
+def test_an_episode_alone_is_the_same_as_in_an_evaluation(once):
+    torch.set_num_threads(1)
+    task = load_suite("unseen")[2]
+    alone = run_episode(task, 0, episode_seed(5, task.name, 0), load_evaluated_policy("planner"), 40)
+    assert alone in read_outcomes(once[0])
+
+
+def test_what_was_interrupted_goes_on(once, tmp_path):
+    folder = tmp_path / "cut"
+    folder.mkdir()
+    (folder / "evaluation.json").write_bytes((once[0] / "evaluation.json").read_bytes())
+    lines = (once[0] / "episodes.jsonl").read_text().splitlines()
+    (folder / "episodes.jsonl").write_text(lines[0] + "\n" + lines[1][:50])
+    seen = []
+    evaluate(SHORT, load_suite("unseen")[:3], folder, workers=1, on_episode=lambda o, n, m: seen.append((n, m)))
+    assert seen == [(2, 3), (3, 3)]
+    assert (folder / "metrics.json").read_bytes() == (once[0] / "metrics.json").read_bytes()
+    with pytest.raises(EvaluationError, match="seed=5, not 6"):
+        evaluate(EvaluationConfig("planner", "unseen", seed=6, max_episode_steps=40), load_suite("unseen")[:3], folder)
+
+
+def test_metrics_have_what_others_read(once):
+    metrics = json.loads((once[0] / "metrics.json").read_text())
+    for key in ("at_0.4", "at_0.2"):
+        assert {"success_1", "success_2", "success_all"} == set(metrics[key])
+    assert metrics["n_episodes"] == 3
+    assert metrics["fall_rate"] == 0.0
+    assert metrics["dist_1"] > 0
+    assert sum(metrics["failures"].values()) == 6, "nobody is done after 40 steps"
+    assert metrics["plan"]["policy_hash"].startswith("planner-")
+
+
+def outcome(distances, fallen=False, failures=("", ""), repeat=0):
+    record = EpisodeRecord("t", 0, distances, fallen, 2, 100)
+    subtasks = tuple(
+        SubTaskOutcome("box", 1.0, 2.0, 0.0, 0.5, d, 10.0 * (i + 1), True, f)
+        for i, (d, f) in enumerate(zip(distances, failures, strict=True))
+    )
+    return EpisodeOutcome(record, repeat, "kitchen", subtasks)
+
+
+def test_metrics_by_hand():
+    found = metrics_of([outcome((0.1, 0.3)), outcome((0.5, 2.0), True, ("misplaced", "fell"))])
+    assert found["at_0.4"] == {"success_1": 0.5, "success_2": 0.5, "success_all": 0.5}
+    assert found["at_0.2"] == {"success_1": 0.5, "success_2": 0.0, "success_all": 0.0}
+    assert found["failures"] == {"fell": 1, "not_reached": 0, "never_lifted": 0, "misplaced": 1}
+    assert found["rooms"] == {"kitchen": {"success": 0.5, "n": 2}}
+    assert found["kinds"] == {"box": {"success": 0.5, "n": 4}}
+    assert (found["seconds_1"], found["seconds_2"]) == (10.0, 20.0)
+    # Wilson's interval of 1 in 2, from the textbook
+    assert found["interval_0.4"]["success_all"] == pytest.approx([0.0945, 0.9055], abs=1e-3)
+    assert wilson_interval(0, 0) is None
+    assert wilson_interval(0, 10)[0] == 0.0
+
+
+def test_outcomes_survive_being_written():
+    once = outcome((0.25, 1 / 3))
+    assert EpisodeOutcome.from_json(once.to_json()) == once
+
+
+def test_unknown_policies_are_refused(tmp_path: Path):
+    with pytest.raises(ValueError, match="valid: planner, teacher"):
+        load_evaluated_policy(str(tmp_path))
+
+
+def test_the_seed_picks_among_the_phrasings():
+    phrasings = load_suite("seen")[0].subtasks[0].phrasings
+    picked = [pick_phrasing(phrasings, seed, 0) for seed in range(40)]
+    assert picked == [pick_phrasing(phrasings, seed, 0) for seed in range(40)]
+    assert set(picked) == set(phrasings)
+    assert pick_phrasing(("one",), 7, 0) == "one"
