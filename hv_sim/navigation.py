@@ -30,14 +30,24 @@ RETREAT_M, RETREAT_CLEARANCE_M = 0.7, 0.25
 """How far the robot steps back from a stand pose, and the clearance that it needs there."""
 OVERHEAD_M = 2.0
 """What begins above this height is walked under."""
-REACH_M = 0.5
-"""A waypoint counts as reached at this distance."""
+EASY_PATH_M = 0.7
+NARROW_COST = 4.0
+"""Paths keep so far from furniture where they can: a metre along an obstacle counts as so many metres in the open."""
+WAYPOINT_M = 0.1
+"""Distance of the waypoints along a path."""
+LOOKAHEAD_M = 0.8
+"""The current waypoint lies at most so far ahead along the path; nearer where the straight line there is narrower."""
+ASIDE_M = 0.05
+"""How much nearer to furniture than the path itself the straight line to the current waypoint may lead."""
 LOW_SUPPORT_M = 0.3
 """Below this height the robot squats, for which it stands `SQUAT_ROOM_M` farther back."""
 SQUAT_ROOM_M, SQUAT_STAND_M = 0.07, 0.45
 TOE_ROOM_M = 0.2
 """How far the way to an object keeps from it, so that the robot does not kick what it is to lift."""
-_BACK_OFF_M = 1.0
+_STEP_OFF_M, _BACK_OFF_M = 0.2, 1.0
+WINDOW = 10
+"""Waypoints among which the nearest is looked for."""
+FAR_M = 1.0
 
 
 @dataclass(frozen=True)
@@ -91,7 +101,9 @@ class SubTaskRoute:
         pick_stand_xy_yaw: (3,) where to stand and look when picking the object up.
         place_stand_xy_yaw: (3,) the same for putting it down; the object is then turned as the goal wants.
         waypoints_to_object: (W1, 2), the last one the pick stand.
-        waypoints_to_goal: (W2, 2), the first one a step back from the pick stand, the last one the place stand.
+        waypoints_to_goal: (W2, 2), first straight back from the pick stand, the last one the place stand.
+        steps_back: how many of `waypoints_to_goal` lead straight back.
+        ahead: (W1 + W2,) index of the waypoint to make for from each waypoint, over both legs.
         grasp_index: which of the scene's four grasps of the object.
         lacking_m: by how much the room at the two stands and behind them falls short; 0 where there is enough.
         missed_m: how far the ways end from where they should; 0 where they lead there.
@@ -102,6 +114,8 @@ class SubTaskRoute:
     waypoints_to_object: np.ndarray
     waypoints_to_goal: np.ndarray
     grasp_index: int
+    steps_back: int
+    ahead: np.ndarray
     lacking_m: float = 0.0
     missed_m: float = 0.0
 
@@ -124,21 +138,66 @@ def occupancy_grid(solids: Iterable[Prism], room_size_m: Sequence[float], cell_m
     return OccupancyGrid(grid.origin_m, cell_m, cells)
 
 
-def plan_path(grid: OccupancyGrid, start_xy_m: Point, goal_xy_m: Point) -> np.ndarray:
-    """(W, 2) waypoints from just after the start to the goal: A* over 8 neighbours, cut short where the line is free.
+def plan_path(
+    grid: OccupancyGrid, start_xy_m: Point, goal_xy_m: Point, clearance_m: np.ndarray | None = None
+) -> np.ndarray:
+    """(W, 2) waypoints, `WAYPOINT_M` apart, from just after the start to the goal: A* over 8 neighbours, then smoothed.
 
     The grid must be inflated already. A start or goal in a taken cell is replaced by the nearest free one; when no way
     leads to the goal, the path ends at the cell nearest to it that can be reached.
+
+    Args:
+        grid: inflated.
+        start_xy_m: world.
+        goal_xy_m: world.
+        clearance_m: (X, Y) of the floor before it was inflated; where it is given, the path keeps away from
+            furniture where there is room.
     """
     start, goal = _nearest_free(grid, start_xy_m), _nearest_free(grid, goal_xy_m)
-    path = _a_star(grid.cells, start, goal)
+    weight = None
+    if clearance_m is not None:
+        narrow = ((EASY_PATH_M - clearance_m) / (EASY_PATH_M - ROBOT_RADIUS_M)).clip(0.0, 1.0)
+        weight = 1.0 + (NARROW_COST - 1.0) * narrow**2
+    path = _a_star(grid.cells, start, goal, weight)
     points = grid.origin_m + (np.asarray(path) + 0.5) * grid.cell_m
     if not grid.cells[grid.cell_of(goal_xy_m)] and path[-1] == goal:
         points[-1] = np.asarray(goal_xy_m, dtype=float)[:2]
-    if grid.cells[grid.cell_of(start_xy_m)]:
-        return np.vstack([points[:1], _shortened(grid, points)]) if len(points) > 1 else points
-    points[0] = np.asarray(start_xy_m, dtype=float)[:2]
-    return _shortened(grid, points)
+    if not grid.cells[grid.cell_of(start_xy_m)]:
+        points[0] = np.asarray(start_xy_m, dtype=float)[:2]
+    return resampled(_smoothed(grid, points))[1:] if len(points) > 1 else points
+
+
+def resampled(points: np.ndarray, spacing_m: float = WAYPOINT_M) -> np.ndarray:
+    """(W, 2) points at most `spacing_m` apart along a polyline (P, 2), both ends kept."""
+    along = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=-1).cumsum()])
+    if along[-1] == 0.0:
+        return points[[0, -1]]
+    places = np.linspace(0.0, along[-1], max(1, int(np.ceil(along[-1] / spacing_m - 1e-9))) + 1)
+    return np.stack([np.interp(places, along, points[:, k]) for k in range(2)], -1)
+
+
+def lookahead(points: np.ndarray, clearance_m: np.ndarray, grid: OccupancyGrid) -> np.ndarray:
+    """(W,) index of the farthest point of a path (W, 2), at most `LOOKAHEAD_M` on, to which one may walk straight.
+
+    May: the line comes no nearer to furniture than the path does there, less `ASIDE_M`.
+    """
+    count, most = len(points), round(LOOKAHEAD_M / WAYPOINT_M)
+    at = np.array([grid.cell_of(p) for p in points])
+    room = clearance_m[at[:, 0], at[:, 1]]
+    farthest = np.minimum(np.arange(count) + 1, count - 1)
+    open_so_far = np.ones(count, dtype=bool)
+    least = room.copy()
+    share = np.linspace(0.0, 1.0, 2 * most + 1)[:, None, None]
+    for ahead in range(1, most + 1):
+        ends = np.minimum(np.arange(count) + ahead, count - 1)
+        least = np.minimum(least, room[ends])
+        line = points + share * (points[ends] - points)
+        index = np.floor((line - grid.origin_m) / grid.cell_m).astype(int)
+        index = np.clip(index, 0, np.asarray(grid.cells.shape) - 1)
+        along = clearance_m[index[..., 0], index[..., 1]].min(0)
+        open_so_far &= along >= least - ASIDE_M
+        farthest = np.where(open_so_far, np.maximum(farthest, ends), farthest)
+    return farthest
 
 
 def plan_subtask(
@@ -187,49 +246,65 @@ def plan_subtask(
         sides.append((lacking, float(straight), i, picks, places, before, after))
     sides.sort(key=lambda side: (side[0] * 100.0 + side[1], side[2]))
 
-    best: tuple[float, SubTaskRoute] | None = None
+    best: tuple[float, tuple] | None = None
     for lacking, straight_m, i, picks, places, before, after in sides:
         if best is not None and lacking * 100.0 + straight_m >= best[0]:
             break  # straight lines are no longer than ways
         stand_m = float(np.linalg.norm(picks[:2] - positions[k, :2]))
         around = min(float(np.linalg.norm(half[:2])) + TOE_ROOM_M, stand_m - 0.05)
-        to_object = plan_path(free.with_discs([positions[k]], [around]), robot_xy_m, before)
-        to_goal = plan_path(free, before, after)
+        to_object = plan_path(free.with_discs([positions[k]], [around]), robot_xy_m, before, clearance)
+        to_goal = plan_path(free, before, after, clearance)
         walk = _length(np.vstack([np.asarray(robot_xy_m)[:2], to_object])) + _length(np.vstack([before, to_goal]))
         missed = np.linalg.norm(to_object[-1] - before) + np.linalg.norm(to_goal[-1] - after)
         cost = float(lacking * 100.0 + walk + 100.0 * (missed > 0.5))
         if best is None or cost < best[0]:
-            ways = np.vstack([to_object, picks[:2]]), np.vstack([before, to_goal, places[:2]])
-            best = cost, SubTaskRoute(picks, places, *ways, i, lacking, float(missed))
+            best = cost, (picks, places, before, to_object, to_goal, i, lacking, float(missed))
     assert best is not None
-    return best[1]
+    picks, places, before, to_object, to_goal, side, lacking, missed = best[1]
+    back = resampled(np.vstack([picks[:2], before]))
+    to_object = np.vstack([to_object, resampled(np.vstack([to_object[-1], picks[:2]]))[1:]])
+    to_goal = np.vstack([back, to_goal, resampled(np.vstack([to_goal[-1], places[:2]]))[1:]])
+    ahead = np.concatenate(
+        [
+            lookahead(to_object, clearance, grid),
+            len(to_object) + np.minimum(np.arange(1, len(back) + 1), len(to_goal) - 1),
+            len(to_object) + len(back) + lookahead(to_goal[len(back) :], clearance, grid),
+        ]
+    )
+    # back first: whoever turns at once sweeps what is carried over what it stood on
+    ahead[len(to_object) : len(to_object) + len(back) - 1] = len(to_object) + len(back) - 1
+    return SubTaskRoute(picks, places, to_object, to_goal, side, len(back), ahead, lacking, missed)
 
 
 class Navigator:
-    """The waypoints that many environments are walking along.
+    """Where many environments have got to on their routes, and the waypoint that each makes for.
 
     A route first leads to the object; its last waypoint stays current until the object has been moved `moved_m` from
-    where it was when the route was planned, then the waypoints to the goal follow.
+    where it was when the route was planned, then the waypoints to the goal follow: straight back first, and on only
+    from the end of that. Progress is the nearest of the next waypoints and never goes back.
 
     Args:
         scenes: one per environment (N).
-        reach_m: horizontal distance at which a waypoint counts as reached.
         moved_m: displacement of the object from which it counts as picked up.
     """
 
-    def __init__(self, scenes: Sequence[Scene], *, reach_m: float = REACH_M, moved_m: float = 0.1) -> None:
+    def __init__(self, scenes: Sequence[Scene], *, moved_m: float = 0.1) -> None:
         self.scenes = list(scenes)
         self.num_envs = len(self.scenes)
-        self._reach_m, self._moved_m = reach_m, moved_m
+        self._moved_m = moved_m
         self.routes: list[SubTaskRoute | None] = [None] * self.num_envs
         """The route of each environment, None before the first `plan`."""
         self._waypoints = torch.zeros(self.num_envs, 1, 2)
+        self._ahead = torch.zeros(self.num_envs, 1, dtype=torch.int64)
         self._last = torch.zeros(self.num_envs, dtype=torch.int64)
         self._last_to_object = torch.zeros(self.num_envs, dtype=torch.int64)
+        self._last_back = torch.zeros(self.num_envs, dtype=torch.int64)
         self._object_start_w = torch.zeros(self.num_envs, 3)
         self._rows = torch.arange(self.num_envs)
-        self.waypoint_index = torch.zeros(self.num_envs, dtype=torch.int64)
-        """(N,) number of the current waypoint on the whole route."""
+        self._next = torch.arange(WINDOW)
+        self._room = RoomToMove(self.scenes)
+        self.progress = torch.zeros(self.num_envs, dtype=torch.int64)
+        """(N,) number of the waypoint that is nearest, on the whole route."""
         self.picked_up = torch.zeros(self.num_envs, dtype=torch.bool)
         """(N,) the object has been moved since the route was planned."""
 
@@ -256,25 +331,29 @@ class Navigator:
             positions = object_pos_w[env].cpu().numpy()
             rotations = None if object_rot_w is None else object_rot_w[env].cpu().numpy()
             route = plan_subtask(scene, subtask, robot_pos_w[env, :2].cpu().numpy(), positions, rotations)
-            points = torch.as_tensor(
-                np.vstack([route.waypoints_to_object, route.waypoints_to_goal]), dtype=torch.float32
-            )
-            if len(points) > self._waypoints.shape[1]:
-                longer = torch.zeros(self.num_envs, len(points), 2)
-                longer[:, : self._waypoints.shape[1]] = self._waypoints
-                self._waypoints = longer
-            self._waypoints[env, : len(points)] = points
-            self._last[env] = len(points) - 1
-            self._last_to_object[env] = len(route.waypoints_to_object) - 1
+            self.take(env, route)
             self._object_start_w[env] = object_pos_w[env, int(scene.subtask_object[subtask])]
-            self.waypoint_index[env] = 0
+            self.progress[env] = 0
             self.picked_up[env] = False
-            self.routes[env] = route
             planned.append(route)
         return planned
 
+    def take(self, env: int, route: SubTaskRoute) -> None:
+        """Lets environment `env` follow a route; its progress is left as it is."""
+        points = torch.as_tensor(np.vstack([route.waypoints_to_object, route.waypoints_to_goal]), dtype=torch.float32)
+        if len(points) > self._waypoints.shape[1]:
+            more = len(points) - self._waypoints.shape[1]
+            self._waypoints = torch.cat([self._waypoints, torch.zeros(self.num_envs, more, 2)], 1)
+            self._ahead = torch.cat([self._ahead, torch.zeros(self.num_envs, more, dtype=torch.int64)], 1)
+        self._waypoints[env, : len(points)] = points
+        self._ahead[env, : len(points)] = torch.as_tensor(route.ahead)
+        self._last[env] = len(points) - 1
+        self._last_to_object[env] = len(route.waypoints_to_object) - 1
+        self._last_back[env] = len(route.waypoints_to_object) + route.steps_back - 1
+        self.routes[env] = route
+
     def update(self, robot_pos_w: Tensor, object_pos_w: Tensor) -> None:
-        """Goes on to the next waypoints where they are reached.
+        """Goes on along the routes.
 
         Args:
             robot_pos_w: (N, 2) or (N, 3) where the robots are.
@@ -283,16 +362,19 @@ class Navigator:
         displacement = (object_pos_w - self._object_start_w).norm(dim=-1)
         newly = (displacement > self._moved_m) & ~self.picked_up
         self.picked_up |= newly
-        self.waypoint_index = torch.where(
-            newly, torch.maximum(self.waypoint_index, self._last_to_object + 1), self.waypoint_index
-        ).minimum(self._last)
+        self.progress = torch.where(newly, torch.maximum(self.progress, self._last_to_object + 1), self.progress)
+        limit = torch.where(self.progress < self._last_back, self._last_back, self._last)
+        limit = torch.where(self.picked_up, limit, self._last_to_object)
+        nearby = (self.progress[:, None] + self._next).minimum(limit[:, None])
+        points = self._waypoints.gather(1, nearby[..., None].expand(-1, -1, 2))
+        away = (points - robot_pos_w[:, None, :2]).square().sum(-1)
+        self.progress = nearby.gather(1, away.argmin(-1, keepdim=True))[:, 0]
+
+    @property
+    def waypoint_index(self) -> Tensor:
+        """(N,) number of the current waypoint on the whole route."""
         limit = torch.where(self.picked_up, self._last, self._last_to_object)
-        for _ in range(self._waypoints.shape[1]):
-            near = (self._current_xy() - robot_pos_w[:, :2]).norm(dim=-1) < self._reach_m
-            onward = near & (self.waypoint_index < limit)
-            if not onward.any():
-                break
-            self.waypoint_index = self.waypoint_index + onward.long()
+        return self._ahead[self._rows, self.progress].minimum(limit)
 
     @property
     def leg_is_done(self) -> Tensor:
@@ -302,10 +384,52 @@ class Navigator:
     @property
     def current_waypoint(self) -> Tensor:
         """(N, 3) where to walk next, on the floor, world frame."""
-        return torch.cat([self._current_xy(), torch.zeros(self.num_envs, 1)], dim=-1)
+        xy = self._waypoints[self._rows, self.waypoint_index]
+        return torch.cat([xy, torch.zeros(self.num_envs, 1)], dim=-1)
 
-    def _current_xy(self) -> Tensor:
-        return self._waypoints[self._rows, self.waypoint_index]
+    @property
+    def stepping_back(self) -> Tensor:
+        """(N,) bool: the way leads straight back from where the object was taken."""
+        return self.picked_up & (self.progress < self._last_back)
+
+    def room(self, robot_pos_w: Tensor) -> tuple[Tensor, Tensor]:
+        """(N,) how far walls and furniture are, up to `FAR_M`, and (N, 2) the direction away from them, world."""
+        return self._room(robot_pos_w)
+
+
+class RoomToMove:
+    """How far walls and furniture are from any place, looked up for many rooms at once.
+
+    Args:
+        scenes: one per environment (N).
+    """
+
+    def __init__(self, scenes: Sequence[Scene]) -> None:
+        known: dict[int, Tensor] = {}
+        for scene in scenes:
+            if id(scene) not in known:
+                known[id(scene)] = torch.as_tensor(scene.occupancy.clearance_m(), dtype=torch.float32).clamp(max=FAR_M)
+        size = [max(field.shape[k] for field in known.values()) for k in range(2)]
+        self._field = torch.zeros(len(known), *size)
+        number = {}
+        for i, (key, field) in enumerate(known.items()):
+            self._field[i, : field.shape[0], : field.shape[1]] = field
+            number[key] = i
+        self._which = torch.tensor([number[id(scene)] for scene in scenes])
+        self._origin = torch.tensor(np.stack([s.occupancy.origin_m for s in scenes]), dtype=torch.float32)
+        self._cell_m = scenes[0].occupancy.cell_m
+
+    def __call__(self, xy_m: Tensor) -> tuple[Tensor, Tensor]:
+        """See `Navigator.room`; `xy_m` is (N, 2) or (N, 3)."""
+        cell = torch.floor((xy_m[:, :2] - self._origin) / self._cell_m).long()
+
+        def at(dx: int, dy: int) -> Tensor:
+            i = (cell[:, 0] + dx).clamp(0, self._field.shape[1] - 1)
+            j = (cell[:, 1] + dy).clamp(0, self._field.shape[2] - 1)
+            return self._field[self._which, i, j]
+
+        slope = torch.stack([at(2, 0) - at(-2, 0), at(0, 2) - at(0, -2)], -1)
+        return at(0, 0), slope / slope.norm(dim=-1, keepdim=True).clamp(min=1e-3)
 
 
 def stand_distance_m(depth_m: float, support_height_m: float) -> float:
@@ -371,7 +495,7 @@ def _lacking_room_m(grid: OccupancyGrid, clearance_m: np.ndarray, stand: np.ndar
 def _back_off(free: OccupancyGrid, stand: np.ndarray) -> np.ndarray:
     """(2,) the first free place straight behind a stand pose, within a metre, else the nearest free place."""
     backward = -np.array([np.cos(stand[2]), np.sin(stand[2])])
-    for step in np.arange(0.0, _BACK_OFF_M + 1e-9, free.cell_m):
+    for step in np.arange(_STEP_OFF_M, _BACK_OFF_M + 1e-9, free.cell_m):
         point = stand[:2] + step * backward
         if not free.cells[free.cell_of(point)]:
             return point
@@ -400,8 +524,14 @@ def _nearest_free(grid: OccupancyGrid, xy_m: Point) -> tuple[int, int]:
     return int(nearest[0]), int(nearest[1])
 
 
-def _a_star(taken: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> list[tuple[int, int]]:
-    """Cells of a shortest way that cuts no taken corner; to the nearest cell that can be reached if the goal cannot."""
+def _a_star(
+    taken: np.ndarray, start: tuple[int, int], goal: tuple[int, int], weight: np.ndarray | None = None
+) -> list[tuple[int, int]]:
+    """Cells of a shortest way that cuts no taken corner; to the nearest cell that can be reached if the goal cannot.
+
+    A step counts as its length times the `weight` (X, Y), at least 1, of the cell that it leads to.
+    """
+    counts = None if weight is None else weight.ravel().tolist()
     width = taken.shape[1]
     blocked = taken.ravel().tolist()
     goal_i, goal_j = goal
@@ -435,7 +565,8 @@ def _a_star(taken: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) ->
                 continue
             if di and dj and (blocked[node + di * width] or blocked[node + dj]):
                 continue
-            reached = cost[node] + (diagonal if di and dj else 1.0)
+            step = diagonal if di and dj else 1.0
+            reached = cost[node] + (step if counts is None else step * counts[neighbor])
             if reached < cost.get(neighbor, np.inf):
                 cost[neighbor], parent[neighbor] = reached, node
                 heapq.heappush(heap, (reached + heuristic(neighbor), neighbor))
@@ -445,27 +576,13 @@ def _a_star(taken: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) ->
     return [divmod(node, width) for node in reversed(path)]
 
 
-def _shortened(grid: OccupancyGrid, points: np.ndarray) -> np.ndarray:
-    """(W, 2) the corners that remain when whatever is free to be walked straight is; without the start."""
-    kept, at, end = [], 0, len(points) - 1
-    while at < end:
-        low, high = at + 1, end
-        if _line_is_free(grid, points[at], points[end]):
-            low = end
-        while low < end and high - low > 1:  # a farther point that is seen; the next one always is
-            middle = (low + high) // 2
-            if _line_is_free(grid, points[at], points[middle]):
-                low = middle
-            else:
-                high = middle
-        kept.append(points[low])
-        at = low
-    return np.array(kept) if kept else points[-1:].copy()
-
-
-def _line_is_free(grid: OccupancyGrid, a: np.ndarray, b: np.ndarray) -> bool:
-    steps = max(2, int(np.ceil(np.linalg.norm(b - a) / (0.4 * grid.cell_m))) + 1)
-    points = a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
-    index = np.floor((points - grid.origin_m) / grid.cell_m).astype(int)
+def _smoothed(grid: OccupancyGrid, points: np.ndarray, reach: int = 6) -> np.ndarray:
+    """(P, 2) a path of cells without its staircase: running means, kept where they are free; both ends stay."""
+    padded = np.vstack([np.repeat(points[:1], reach, 0), points, np.repeat(points[-1:], reach, 0)])
+    sums = np.vstack([np.zeros(2), padded.cumsum(0)])
+    means = (sums[2 * reach + 1 :] - sums[: -2 * reach - 1]) / (2 * reach + 1)
+    index = np.floor((means - grid.origin_m) / grid.cell_m).astype(int)
     index = np.clip(index, 0, np.asarray(grid.cells.shape) - 1)
-    return not grid.cells[index[:, 0], index[:, 1]].any()
+    free = ~grid.cells[index[:, 0], index[:, 1]]
+    free[[0, -1]] = False
+    return np.where(free[:, None], means, points)

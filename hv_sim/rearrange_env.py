@@ -9,6 +9,7 @@ import gymnasium as gym
 import numpy as np
 import torch
 from gymnasium import spaces
+from torch import Tensor
 
 from hv_sim.control import CONTROL_MODES, INTENT_HIGH, INTENT_LOW, Controller
 from hv_sim.humanoid import CONTROL_HZ, JOINT_RANGE_RAD
@@ -157,12 +158,16 @@ class RearrangeEnv(gym.Env[dict[str, Any], np.ndarray]):
             targets = torch.from_numpy(command)[None]
             if self._controller is not None:
                 targets = self._controller(world.observe().proprioception, targets)
-            world.step(targets)
-            self._forget_pictures()
+            self.step_world(targets)
         terminated = bool(world.finished[0])
         truncated = bool(world.done[0]) and not terminated
         reward = 0.0 if was_done else float(world.progress()[0])
         return self._observation(), reward, terminated, truncated, self._info()
+
+    def step_world(self, joint_targets: Tensor) -> None:
+        """One control step with servo targets (1, 28) in rad, for those who need no observation."""
+        self.world.step(joint_targets)
+        self._forget_pictures()
 
     def render(self) -> np.ndarray | None:
         """(336, 672, 3) uint8: third person left, head camera right, the instruction underneath."""

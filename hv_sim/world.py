@@ -30,8 +30,9 @@ from hv_sim.physics import PhysicsBackend, PhysicsState
 from hv_sim.scene import Scene, compile_scene
 from hv_sim.task import Task
 
-STEPS_PER_SUBTASK = 900
-"""Default length of an episode: 30 s for each sub-task. A fetch, carry and retreat in one room takes about 20 s."""
+STEPS_PER_SUBTASK = 1200
+"""Default length of an episode: 40 s for each sub-task. A fetch, carry and retreat takes about 25 s, of which the longest
+ways across a warehouse (15 m) are 20."""
 
 START_JITTER_M = 0.05
 START_JITTER_RAD = np.radians(5.0)

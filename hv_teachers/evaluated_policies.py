@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR
-from hv_sim.rearrange_env import RearrangeEnv
+from hv_sim.world import RearrangeWorld
 from hv_teachers.episodes import EvaluatedPolicy, files_fingerprint
 from hv_teachers.expert import PlannerExpert
 from hv_teachers.planner import PlannerConfig
@@ -49,11 +49,12 @@ class _Planner:
     def __init__(self) -> None:
         self.expert = PlannerExpert(1)
 
-    def reset(self) -> None:
+    def reset(self, num_envs: int) -> None:
+        self.expert = PlannerExpert(num_envs, self.expert.prior)
         self.expert.reset()
 
-    def __call__(self, env: RearrangeEnv, observation: dict[str, Any] | None) -> Tensor:
-        return self.expert(env.world)[1]
+    def __call__(self, world: RearrangeWorld, observation: dict[str, Any] | None) -> Tensor:
+        return self.expert(world)[1]
 
     def fingerprint(self) -> str:
         settings = hashlib.sha256(json.dumps(asdict(PlannerConfig())).encode()).hexdigest()[:8]
@@ -66,11 +67,11 @@ class _Teacher:
     def __init__(self, teacher: Teacher, folder: Path) -> None:
         self.teacher, self.folder = teacher, folder
 
-    def reset(self) -> None:
+    def reset(self, num_envs: int) -> None:
         self.teacher.reset()
 
-    def __call__(self, env: RearrangeEnv, observation: dict[str, Any] | None) -> Tensor:
-        return self.teacher(env.world)
+    def __call__(self, world: RearrangeWorld, observation: dict[str, Any] | None) -> Tensor:
+        return self.teacher(world)
 
     def fingerprint(self) -> str:
         files = [self.folder / n for n in TEACHER_FILES if (self.folder / n).is_file()]
@@ -106,10 +107,10 @@ class _LeRobotPolicy:
             reason = " ".join(str(error).split())[:200]
             raise ValueError(f"policy: {folder} cannot be read as a LeRobot policy ({reason})") from error
 
-    def reset(self) -> None:
+    def reset(self, num_envs: int) -> None:
         self.policy.reset()
 
-    def __call__(self, env: RearrangeEnv, observation: dict[str, Any] | None) -> Tensor:
+    def __call__(self, world: RearrangeWorld, observation: dict[str, Any] | None) -> Tensor:
         from lerobot.envs.utils import preprocess_observation
 
         assert observation is not None
@@ -118,7 +119,7 @@ class _LeRobotPolicy:
             "agent_pos": observation["agent_pos"][None],
         }
         inputs = preprocess_observation(batch)
-        inputs["task"] = [env.task_description]
+        inputs["task"] = world.instructions()
         with torch.inference_mode():
             action = self.after(self.policy.select_action(self.before(inputs)))
         return torch.from_numpy(np.asarray(action.to("cpu").numpy(), dtype=np.float32))

@@ -1,7 +1,8 @@
 """Evaluations: many episodes in any number of processes, written down as they end, and what they add up to.
 
-Each episode is simulated alone, on one thread, from the task and a seed that follows from the evaluation's, the task's
-name and the repeat. So the result depends on nothing else, and an interrupted evaluation goes on where it was.
+An episode follows from the task and a seed that follows from the evaluation's, the task's name and the repeat, in any
+company (`hv_teachers.episodes`). So the result depends on nothing else, and an interrupted evaluation goes on where it
+was.
 """
 
 from __future__ import annotations
@@ -24,11 +25,13 @@ import numpy as np
 
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M, summarize
 from hv_sim.task import Task
-from hv_teachers.episodes import FAILURES, EpisodeOutcome, run_episode, tasks_fingerprint
+from hv_teachers.episodes import FAILURES, Episode, EpisodeOutcome, film_episode, run_episodes, tasks_fingerprint
 from hv_teachers.evaluated_policies import load_evaluated_policy
 
 EPISODES_FILE, METRICS_FILE, PLAN_FILE = "episodes.jsonl", "metrics.json", "evaluation.json"
 PHYSICS_HZ = 120
+BATCH = 32
+"""Episodes that a process plays side by side: more is hardly faster, and an interruption loses more."""
 
 
 @dataclass(frozen=True)
@@ -75,21 +78,22 @@ def evaluate(
         ValueError: the policy cannot be loaded.
     """
     output = Path(output)
+    policy = load_evaluated_policy(config.policy)
     plan = {
         **asdict(config), "tasks": tasks_fingerprint(list(tasks)), "n_tasks": len(tasks),
-        "policy_hash": load_evaluated_policy(config.policy).fingerprint(),
+        "policy_hash": policy.fingerprint(),
     }  # fmt: skip
     done = _begin(output, plan)
     wanted = [(task, repeat) for repeat in range(config.repeats) for task in tasks]
-    filmed = set(videos)
-    jobs = [
-        _Job(task, repeat, config, output / "videos" if task.name in filmed and repeat == 0 else None)
+    missing = [
+        Episode(task, repeat, episode_seed(config.seed, task.name, repeat))
         for task, repeat in wanted
         if (task.name, repeat) not in done
     ]
+    jobs = _jobs(missing, config, _num_processes(workers), 1 if policy.sees else BATCH, set(videos), output)
     started = time.time()
     with (output / EPISODES_FILE).open("a", encoding="utf-8") as file:
-        for outcome in _play(jobs, config.policy, workers):
+        for outcome in _play(jobs, config.policy, _num_processes(workers)):
             done[(outcome.record.task, outcome.repeat)] = outcome
             file.write(outcome.to_json() + "\n")
             file.flush()
@@ -98,8 +102,8 @@ def evaluate(
     outcomes = [done[(task.name, repeat)] for task, repeat in wanted]
     metrics = {**metrics_of(outcomes), **_versions(), "plan": plan}
     _write(output / METRICS_FILE, metrics)
-    if jobs:
-        _write(output / "timing.json", {"episodes": len(jobs), "seconds": round(time.time() - started, 1)})
+    if missing:
+        _write(output / "timing.json", {"episodes": len(missing), "seconds": round(time.time() - started, 1)})
     return metrics
 
 
@@ -169,10 +173,30 @@ def read_outcomes(folder: Path) -> list[EpisodeOutcome]:
 
 @dataclass(frozen=True)
 class _Job:
-    task: Task
-    repeat: int
+    episodes: tuple[Episode, ...]
     config: EvaluationConfig
-    videos: Path | None
+    videos: Path | None = None
+
+
+def _jobs(
+    episodes: Sequence[Episode], config: EvaluationConfig, processes: int, batch: int, filmed: set[str], output: Path
+) -> list[_Job]:
+    """Films first, one by one; then equal shares of at most `batch` episodes that are equally long."""
+    films = [e for e in episodes if e.task.name in filmed and e.repeat == 0]
+    jobs = [_Job((e,), config, output / "videos") for e in films]
+    lengths: dict[int, list[Episode]] = {}
+    for e in episodes:
+        if e not in films:
+            lengths.setdefault(len(e.task.subtasks), []).append(e)
+    for group in lengths.values():
+        turns = math.ceil(len(group) / (batch * processes))
+        size = math.ceil(len(group) / (turns * processes))
+        jobs += [_Job(tuple(group[i : i + size]), config) for i in range(0, len(group), size)]
+    return jobs
+
+
+def _num_processes(workers: int) -> int:
+    return workers or os.cpu_count() or 1
 
 
 def _begin(output: Path, plan: dict[str, Any]) -> dict[tuple[str, int], EpisodeOutcome]:
@@ -196,12 +220,13 @@ def _begin(output: Path, plan: dict[str, Any]) -> dict[tuple[str, int], EpisodeO
     return {}
 
 
-def _play(jobs: list[_Job], policy: str, workers: int) -> Iterator[EpisodeOutcome]:
-    number = min(workers or os.cpu_count() or 1, len(jobs))
+def _play(jobs: list[_Job], policy: str, processes: int) -> Iterator[EpisodeOutcome]:
+    number = min(processes, len(jobs))
     if number == 0:
         return
     with multiprocessing.get_context("spawn").Pool(number, initializer=_load, initargs=(policy,)) as pool:
-        yield from pool.imap_unordered(_run, jobs)
+        for outcomes in pool.imap_unordered(_run, jobs):
+            yield from outcomes
 
 
 _POLICY: Any = None
@@ -215,18 +240,17 @@ def _load(policy: str) -> None:
     _POLICY = load_evaluated_policy(policy)
 
 
-def _run(job: _Job) -> EpisodeOutcome:
-    seed = episode_seed(job.config.seed, job.task.name, job.repeat)
-    frames: list[np.ndarray] = []
-    outcome = run_episode(
-        job.task, job.repeat, seed, _POLICY, job.config.max_episode_steps, frames.append if job.videos else None
-    )
-    if job.videos:
-        from lerobot.utils.io_utils import write_video
+def _run(job: _Job) -> list[EpisodeOutcome]:
+    if not job.videos:
+        return run_episodes(job.episodes, _POLICY, job.config.max_episode_steps)
+    from lerobot.utils.io_utils import write_video
 
-        job.videos.mkdir(parents=True, exist_ok=True)
-        write_video(job.videos / f"{job.task.name}.mp4", frames, fps=15)
-    return outcome
+    frames: list[np.ndarray] = []
+    (episode,) = job.episodes
+    outcome = film_episode(episode, _POLICY, job.config.max_episode_steps, frames.append)
+    job.videos.mkdir(parents=True, exist_ok=True)
+    write_video(job.videos / f"{episode.task.name}.mp4", frames, fps=15)
+    return [outcome]
 
 
 def _versions() -> dict[str, Any]:

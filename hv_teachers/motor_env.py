@@ -215,6 +215,9 @@ class MotorEnv:
             place_stand=self.place_stand,
             waypoint=self._waypoints[rows, self.waypoint_index],
             waypoint_is_last=self.waypoint_index == high,
+            may_back=torch.ones(self.num_envs, dtype=torch.bool),
+            clearance_m=torch.ones(self.num_envs),
+            away=torch.zeros(self.num_envs, 2),
         )
 
     def _plan_again(self, root: Tensor) -> None:

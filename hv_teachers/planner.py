@@ -39,9 +39,9 @@ class Phase(IntEnum):
 class PlannerConfig:
     """Speeds (m/s, rad/s), distances (m), durations (s) of the script."""
 
-    walk_speed: float = 0.7
-    carry_speed: float = 0.5
-    turn_rate: float = 1.0
+    walk_speed: float = 1.0
+    carry_speed: float = 0.75
+    turn_rate: float = 1.4
     align_distance_m: float = 0.45
     stand_tolerance_m: float = 0.045
     stand_tolerance_rad: float = 0.06
@@ -51,7 +51,7 @@ class PlannerConfig:
     """The feet come to rest before the body bends."""
     reach_s: float = 1.4
     squeeze_s: float = 0.7
-    lift_s: float = 1.6
+    lift_s: float = 2.0
     lower_s: float = 1.5
     lower_s_per_m: float = 1.6
     touch_m: float = 0.028
@@ -84,6 +84,9 @@ class PlannerView:
     place_stand: Tensor  # (N, 3)
     waypoint: Tensor  # (N, 2)
     waypoint_is_last: Tensor  # (N,) bool: it is the stand of this leg
+    may_back: Tensor  # (N,) bool: a waypoint behind the robot is reached walking backward
+    clearance_m: Tensor  # (N,) how far walls and furniture are
+    away: Tensor  # (N, 2) the direction away from them
 
 
 class ScriptedPlanner:
@@ -100,10 +103,9 @@ class ScriptedPlanner:
         """(N,) the object slipped away at the last step: a new route to it is needed."""
         self.object_target = torch.zeros(num_envs, 3)
         """(N, 3) where the object should be now, world frame; meaningful from LIFT to LOWER."""
-        self._from_hands = torch.zeros(num_envs, 2, 3)  # heading frame, at the start of LIFT and LOWER
+        self._from_hands = torch.zeros(num_envs, 2, 3)  # heading frame, at the start of SQUEEZE, LIFT, LOWER and RELEASE
         self._offset = torch.zeros(num_envs, 2, 3)  # hands relative to the object when it was grasped, heading frame
         self._from_object = torch.zeros(num_envs, 3)
-        self._let_go = torch.zeros(num_envs, 2, 3)  # where the object was touched when it was let go, world frame
         self._start_height = torch.zeros(num_envs)
 
     def reset(self, ids: Tensor | None = None, phase: Tensor | int = Phase.APPROACH) -> None:
@@ -113,7 +115,6 @@ class ScriptedPlanner:
         self.clock_s[ids] = 0.0
         self.lost[ids] = False
         self._start_height[ids] = -1.0
-        self._let_go[ids] = 0.0
 
     def __call__(self, view: PlannerView) -> Tensor:
         """(N, 14) intents for this control step."""
@@ -129,16 +130,20 @@ class ScriptedPlanner:
             return torch.stack([phase == p for p in phases]).any(0)
 
         # where to go
-        walking = _walk(view, torch.where(during(Phase.CARRY), c.carry_speed, c.walk_speed), c.turn_rate)
-        pick, _ = _hold(view, view.pick_stand)
-        place, _ = _hold(view, view.place_stand)
+        pick, pick_distance = _hold(view, view.pick_stand)
+        place, place_distance = _hold(view, view.place_stand)
+        carrying = during(Phase.CARRY)
+        speed = torch.where(carrying, c.carry_speed, c.walk_speed)
+        stand_distance = torch.where(carrying, place_distance, pick_distance)
+        push_h = _push(view, torch.where(during(Phase.RETREAT), torch.ones_like(clock), stand_distance))
+        walking = _walk(view, speed, c.turn_rate, stand_distance, push_h)
         retreat = torch.zeros_like(walking)
         retreat[:, 0] = -c.retreat_speed
         velocity = torch.zeros_like(walking)
         velocity = torch.where(during(Phase.APPROACH, Phase.CARRY)[:, None], walking, velocity)
         velocity = torch.where(during(Phase.ALIGN)[:, None], pick, velocity)
         velocity = torch.where(during(Phase.ALIGN_PLACE)[:, None], place, velocity)
-        velocity = torch.where((during(Phase.RETREAT) & (clock > 0.4))[:, None], retreat, velocity)
+        velocity = torch.where((during(Phase.RETREAT) & (clock > 0.4))[:, None], retreat + push_h, velocity)
         intent[:, VELOCITY] = velocity
 
         # where the hands go: right, left
@@ -146,7 +151,12 @@ class ScriptedPlanner:
         outward = grasp - grasp.mean(1, keepdim=True)
         outward = outward / outward.norm(dim=-1, keepdim=True).clamp(min=1e-3)
         pre_grasp = grasp + outward * (HAND_RADIUS_M + c.pre_grasp_m)
-        contact = grasp + outward * (HAND_RADIUS_M - c.squeeze_in_m)
+        # pressed along the line on which the hands have come: hands that followed an object's sides as it turns would
+        # turn it further
+        line = self._from_hands - self._from_hands.mean(1, keepdim=True)
+        line = line / line.norm(dim=-1, keepdim=True).clamp(min=1e-3)
+        half_width = (grasp[:, 0] - grasp[:, 1]).norm(dim=-1)[:, None, None] / 2
+        contact = self._from_hands.mean(1, keepdim=True) + line * (half_width + HAND_RADIUS_M - c.squeeze_in_m)
         carry = self._carry_hands(view)
         lift_share = _smooth(clock / c.lift_s)
         lifted = self._from_hands + (carry - self._from_hands) * lift_share[:, None, None]
@@ -155,8 +165,7 @@ class ScriptedPlanner:
         correction = lowered[:, 0] - obj
         correction = correction.clamp(-0.06, 0.06) * (during(Phase.LOWER).float() * lower_share)[:, None]
         lowered = lowered + self._offset + correction[:, None] * 0.5
-        let_go = _to_heading(view, self._let_go)
-        opened = let_go + outward * (HAND_RADIUS_M + c.open_m)
+        opened = self._from_hands + line * c.open_m
         hand = neutral
         hand = torch.where(during(Phase.REACH)[:, None, None], pre_grasp, hand)
         hand = torch.where(during(Phase.SQUEEZE)[:, None, None], contact, hand)
@@ -266,8 +275,8 @@ class ScriptedPlanner:
         begun = changed & ((next_phase == Phase.LIFT) | (next_phase == Phase.LOWER))
         if begun.any():
             self._remember(begun, view, hands, obj)
-        released = (next_phase == Phase.RELEASE) & (changed | (self._let_go.abs().sum((1, 2)) == 0))
-        self._let_go = torch.where(released[:, None, None], view.grasp, self._let_go)
+        pressed = changed & ((next_phase == Phase.SQUEEZE) | (next_phase == Phase.RELEASE))
+        self._from_hands = torch.where(pressed[:, None, None], hands, self._from_hands)
         self.phase = next_phase
         self.clock_s = torch.where(changed, torch.zeros_like(clock), clock)
 
@@ -324,18 +333,28 @@ def _to_world(view: PlannerView, point_h: Tensor) -> Tensor:
     return torch.stack([view.root_xy[:, 0] + c * x - s * y, view.root_xy[:, 1] + s * x + c * y, z], -1)
 
 
-def _walk(view: PlannerView, speed: Tensor, turn_rate: float) -> Tensor:
-    """(N, 3) velocities toward the waypoint: turn to it, then go; a near one behind is reached walking backward."""
+def _push(view: PlannerView, stand_distance: Tensor) -> Tensor:
+    """(N, 3) velocities away from furniture that is too near; not near a stand, where a table is meant to be near."""
+    near = ((0.34 - view.clearance_m) / 0.12).clamp(0, 1) * ((stand_distance - 0.4) / 0.3).clamp(0, 1)
+    c, s = view.root_yaw.cos(), view.root_yaw.sin()
+    x, y = (0.22 * near[:, None] * view.away).unbind(-1)
+    return torch.stack([c * x + s * y, c * y - s * x, torch.zeros_like(x)], -1)
+
+
+def _walk(view: PlannerView, speed: Tensor, turn_rate: float, stand_distance: Tensor, push_h: Tensor) -> Tensor:
+    """(N, 3) velocities toward the waypoint: turn to it, then go, more slowly where it is narrow."""
     point = torch.cat([view.waypoint, torch.zeros_like(view.waypoint[:, :1])], -1)
     x, y, _ = _to_heading(view, point[:, None])[:, 0].unbind(-1)
     distance = torch.sqrt(x * x + y * y)
     bearing = torch.atan2(y, x)
-    backward = (bearing.abs() > 1.9) & (distance < 1.2)
+    backward = view.may_back & (bearing.abs() > 1.9) & (distance < 1.2)
     facing = torch.where(backward, _wrap(bearing + torch.pi), bearing)
     turn = (1.8 * facing).clamp(-turn_rate, turn_rate)
-    pace = torch.minimum(speed, 0.15 + 0.6 * distance) * (1.3 * facing.cos() - 0.3).clamp(0, 1)
+    left = torch.where(view.waypoint_is_last, distance, stand_distance.clamp(min=0.5))
+    pace = torch.minimum(speed * (view.clearance_m / 0.45).clamp(0.6, 1.0), 0.15 + 0.6 * left)
+    pace = pace * (1.3 * facing.cos() - 0.3).clamp(0, 1)
     pace = torch.where(backward, -pace.clamp(max=0.35), pace)
-    return torch.stack([pace, torch.zeros_like(pace), turn], -1)
+    return torch.stack([pace, torch.zeros_like(pace), turn], -1) + push_h * ~backward[:, None]
 
 
 def _hold(view: PlannerView, stand: Tensor) -> tuple[Tensor, Tensor]:

@@ -60,7 +60,9 @@ class RouteViews:
         index = world.object_index
         position, rotation = state.object_pos_w[rows, index], state.object_rot_w[rows, index]
         grasp = (rotation[:, None] @ self.grasp_o[..., None])[..., 0] + position[:, None]
-        waypoint_index = world.navigator.waypoint_index
+        navigator = world.navigator
+        is_last = (navigator.waypoint_index[:, None] == self._last).any(-1)
+        clearance, away = navigator.room(state.link_pos_w[:, 0])
         return PlannerView(
             root_xy=state.link_pos_w[:, 0, :2],
             root_yaw=torch.atan2(heading.sin, heading.cos),
@@ -72,8 +74,11 @@ class RouteViews:
             goal_pos=world.goal_pos_w[rows, world.subtask_index],
             pick_stand=self.pick_stand,
             place_stand=self.place_stand,
-            waypoint=world.navigator.current_waypoint[:, :2],
-            waypoint_is_last=(waypoint_index[:, None] == self._last).any(-1),
+            waypoint=navigator.current_waypoint[:, :2],
+            waypoint_is_last=is_last,
+            may_back=is_last | navigator.stepping_back,
+            clearance_m=clearance,
+            away=away,
         )
 
 

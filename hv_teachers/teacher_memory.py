@@ -24,7 +24,7 @@ class TeacherMemory:
 
     phase: Tensor  # (N,) int64, a `Phase`
     clock_s: Tensor  # (N,) time in the phase
-    from_hands: Tensor  # (N, 2, 3) hands when the last lift or lowering began
+    from_hands: Tensor  # (N, 2, 3) hands when the last squeeze, lift, lowering or letting go began
     offset: Tensor  # (N, 2, 3) hands relative to the object then
     from_object_w: Tensor  # (N, 3) the object then, world frame
     start_height: Tensor  # (N,) the object's height at the first look; below 0: not looked yet
@@ -75,7 +75,8 @@ class TeacherMemory:
         begun = changed & ((phase == Phase.LIFT) | (phase == Phase.LOWER))
         hands = to_heading(view, view.hands)
         offset = hands - to_heading(view, view.object_pos[:, None])
-        self.from_hands = torch.where(begun[:, None, None], hands, self.from_hands)
+        pressed = changed & ((phase == Phase.SQUEEZE) | (phase == Phase.RELEASE))
+        self.from_hands = torch.where((begun | pressed)[:, None, None], hands, self.from_hands)
         self.offset = torch.where(begun[:, None, None], offset, self.offset)
         self.from_object_w = torch.where(begun[:, None], view.object_pos, self.from_object_w)
         self.start_height = torch.where(lost, -torch.ones_like(self.start_height), self.start_height)

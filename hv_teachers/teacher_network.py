@@ -21,6 +21,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
 
+from hv_policy.batch_invariant import BatchInvariantLinear
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.reference import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, neutral_intent
 from hv_sim.control import INTENT_HIGH, INTENT_LOW
@@ -33,7 +34,7 @@ ACTIONS = ("intent", "joints")
 
 OBSERVATION_DIM = 223 + 15 + 9 + 3 + 3
 ROUTE_DIM = 6 + 4 + 4 + 1 + 1 + 1
-NEAR_DIM = 6 + 3 + 3 + 3 + 3 + 3 + 2
+NEAR_DIM = 6 + 3 + 3 + 3 + 3 + 3 + 2 + 4
 ANCHORS = ("neutral", "hands", "grasp", "begun", "placed", "picked", "chest")
 ANCHOR_DIM = 6 * len(ANCHORS)
 SIGHT_DIM = OBSERVATION_DIM + ROUTE_DIM + NEAR_DIM
@@ -103,6 +104,9 @@ def sight(observation: Observation, view: PlannerView, leg_is_done: Tensor, pick
         _near(obj - hands.mean(1), 0.25),
         _near(away - 1.15, 0.3),
         _near(view.object_pos[:, 2:] - view.goal_pos[:, 2:], 0.05),
+        _near(view.clearance_m[:, None] - 0.34, 0.12),
+        _turned(view, view.away),
+        view.may_back[:, None].float(),
     ]
     return torch.cat(
         [
@@ -155,16 +159,16 @@ class TeacherNetwork(nn.Module):
         self.register_buffer("mean", torch.zeros(SIGHT_DIM))
         self.register_buffer("std", torch.ones(SIGHT_DIM))
         self.register_buffer("normalized", torch.zeros((), dtype=torch.bool))
-        self.geometry = nn.Linear(GEOMETRY_DIM, c.geometry) if c.geometry else None
+        self.geometry = BatchInvariantLinear(GEOMETRY_DIM, c.geometry) if c.geometry else None
         memory = {"phase": _MEMORY_FEATURES, "intent": c.num_actions, "none": 0}[c.memory]
         inputs = SIGHT_DIM + c.geometry + memory
         if c.memory == "phase":
-            self.phase_geometry = nn.Linear(GEOMETRY_DIM, c.geometry) if c.geometry else None
+            self.phase_geometry = BatchInvariantLinear(GEOMETRY_DIM, c.geometry) if c.geometry else None
             self.phase_trunk = _trunk(inputs, c.phase_hidden)
-            self.phase_head = nn.Linear(c.phase_hidden[-1], NUM_PHASES * NUM_PHASES)
+            self.phase_head = BatchInvariantLinear(c.phase_hidden[-1], NUM_PHASES * NUM_PHASES)
         self.trunk = _trunk(inputs + ANCHOR_DIM, c.hidden)
         outputs = 5 + len(ANCHORS) + 6 + 1 + 2 if c.action == "intent" else c.num_actions
-        self.head = nn.Linear(c.hidden[-1], c.num_heads * outputs)
+        self.head = BatchInvariantLinear(c.hidden[-1], c.num_heads * outputs)
         nn.init.zeros_(self.head.bias)
         self.head.weight.data.mul_(0.1)
         low, high = torch.as_tensor(INTENT_LOW), torch.as_tensor(INTENT_HIGH)
@@ -305,7 +309,7 @@ def load_teacher(path: Path) -> TeacherNetwork:
 def _trunk(inputs: int, hidden: tuple[int, ...]) -> nn.Sequential:
     layers: list[nn.Module] = []
     for i, o in itertools.pairwise([inputs, *hidden]):
-        layers += [nn.Linear(i, o), nn.ELU()]
+        layers += [BatchInvariantLinear(i, o), nn.ELU()]
     return nn.Sequential(*layers)
 
 
@@ -324,6 +328,13 @@ def _stand(view: PlannerView, stand: Tensor) -> Tensor:
     place = to_heading(view, torch.cat([stand[:, :2], torch.zeros_like(stand[:, :1])], -1)[:, None])[:, 0, :2]
     turn = stand[:, 2] - view.root_yaw
     return torch.cat([place, turn.cos()[:, None], turn.sin()[:, None]], -1)
+
+
+def _turned(view: PlannerView, direction_w: Tensor) -> Tensor:
+    """(N, 2) a world direction in the heading frame."""
+    c, s = view.root_yaw.cos(), view.root_yaw.sin()
+    x, y = direction_w.unbind(-1)
+    return torch.stack([c * x + s * y, c * y - s * x], -1)
 
 
 def _angle(stand: Tensor) -> Tensor:

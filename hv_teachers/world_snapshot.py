@@ -22,8 +22,9 @@ from hv_teachers.teacher_memory import TeacherMemory
 
 _WORLD = ("episode_step", "fallen", "_distance_at_instruction_m")
 _INSTRUCTOR = ("num_finished", "steps_since_instruction", "steps_held")
-_NAVIGATOR = ("waypoint_index", "picked_up", "_waypoints", "_last", "_last_to_object", "_object_start_w")
+_NAVIGATOR = ("progress", "picked_up", "_object_start_w")
 _ROUTE = ("pick_stand_xy_yaw", "place_stand_xy_yaw", "waypoints_to_object", "waypoints_to_goal")
+_ROUTE_NUMBERS = ("grasp_index", "steps_back")
 _ENV = ("episodes", "start_height", "_height_of")
 
 
@@ -65,7 +66,8 @@ def _save_world(world: RearrangeWorld) -> dict[str, Any]:
     for route in world.navigator.routes:
         assert route is not None
         arrays = {name: torch.as_tensor(np.array(getattr(route, name), dtype=np.float64)) for name in _ROUTE}
-        routes.append(arrays | {"grasp_index": int(route.grasp_index)})
+        numbers = {name: int(getattr(route, name)) for name in _ROUTE_NUMBERS}
+        routes.append(arrays | numbers | {"ahead": torch.as_tensor(route.ahead)})
     return {
         "qpos": [torch.tensor(data.qpos) for data in physics],
         "qvel": [torch.tensor(data.qvel) for data in physics],
@@ -91,7 +93,8 @@ def _restore_world(world: RearrangeWorld, saved: dict[str, Any]) -> None:
         setattr(world.navigator, name, value.clone())
     for i, route in enumerate(saved["routes"]):
         arrays = {name: route[name].numpy() for name in _ROUTE}
-        world.navigator.routes[i] = SubTaskRoute(**arrays, grasp_index=route["grasp_index"])
+        numbers = {name: route[name] for name in _ROUTE_NUMBERS}
+        world.navigator.take(i, SubTaskRoute(**arrays, **numbers, ahead=route["ahead"].numpy()))
     world._look()
 
 

@@ -153,7 +153,7 @@ def estimate_load(state: BodyState, memory: ReferenceState, config: BalanceConfi
     force = torch.linalg.solve(gram, effect.mT @ exerted[..., None])[..., 0]
     lift = force[..., 0].sum(1).clamp(0.0, config.load_limit)
     memory.arm_angles = angles
-    holds = memory.squeeze > 0.5
+    holds = memory.squeeze > 0.95  # whoever begins to let go has put it down
     change = lift * holds - memory.load
     memory.load = memory.load + torch.where(holds & (change < 0), config.unload_gain, config.load_gain) * change
     return memory.load

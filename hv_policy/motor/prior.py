@@ -12,6 +12,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
 
+from hv_policy.batch_invariant import BatchInvariantLinear
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.balance import BalanceConfig, arm_torques, estimate_load, leg_torques
 from hv_policy.motor.proprioception import PROPRIOCEPTION_DIM, BodyState, read_proprioception
@@ -65,8 +66,8 @@ class ResidualNetwork(nn.Module):
         sizes = [FEATURE_DIM, *hidden]
         layers: list[nn.Module] = []
         for i, o in itertools.pairwise(sizes):
-            layers += [nn.Linear(i, o), nn.ELU()]
-        layers.append(nn.Linear(sizes[-1], 28))
+            layers += [BatchInvariantLinear(i, o), nn.ELU()]
+        layers.append(BatchInvariantLinear(sizes[-1], 28))
         self.layers = nn.Sequential(*layers)
         nn.init.zeros_(self.layers[-1].weight)
         nn.init.zeros_(self.layers[-1].bias)

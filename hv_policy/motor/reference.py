@@ -60,6 +60,7 @@ class GaitConfig:
     joint_speed_limit: float = 8.0
     walk_height_m: float = 0.74
     walk_pitch_rad: float = 0.5
+    rising_m_s: float = 0.2
 
 
 @dataclass
@@ -353,7 +354,9 @@ def _step_clock(ref: ReferenceState, state: BodyState, config: GaitConfig, dt: f
     capture = rotate_xy(-ref.yaw, ref.com + velocity * 0.28 - support)
     tipping = (capture[:, 0].abs() > 0.11) | (capture[:, 1].abs() > 0.13)
     bent = (ref.posture[:, 0] < config.walk_height_m - 0.05) | (ref.posture[:, 1] > config.walk_pitch_rad + 0.1)
-    want = ((commanded | awry) & ~bent) | tipping
+    # whoever still rises would leave the ground with the first step
+    rising = (state.lin_vel[:, body.PELVIS, 2] > config.rising_m_s) & (ref.moving < 0.5)
+    want = ((commanded | awry) & ~bent & ~rising) | tipping
 
     ref.phase = ref.phase + ref.moving * dt / config.step_duration_s
     landed = ref.phase >= 1.0
