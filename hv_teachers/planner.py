@@ -50,6 +50,8 @@ class PlannerConfig:
     settle_s: float = 0.4
     """The feet come to rest before the body bends."""
     reach_s: float = 1.4
+    reach_tolerance_m: float = 0.02
+    """An object that is gripped so far before or behind its centre of mass hangs askew."""
     squeeze_s: float = 0.7
     lift_s: float = 2.0
     lower_s: float = 1.5
@@ -64,6 +66,8 @@ class PlannerConfig:
     lost_m: float = 0.25
     missed_m: float = 0.3
     """Farther than this from its goal an object that was let go is fetched again."""
+    clear_s: float = 1.6
+    """The hands stay apart until they are past the object."""
     retreat_m: float = 1.15
     retreat_speed: float = 0.35
 
@@ -156,7 +160,7 @@ class ScriptedPlanner:
         line = self._from_hands - self._from_hands.mean(1, keepdim=True)
         line = line / line.norm(dim=-1, keepdim=True).clamp(min=1e-3)
         half_width = (grasp[:, 0] - grasp[:, 1]).norm(dim=-1)[:, None, None] / 2
-        contact = self._from_hands.mean(1, keepdim=True) + line * (half_width + HAND_RADIUS_M - c.squeeze_in_m)
+        contact = grasp.mean(1, keepdim=True) + line * (half_width + HAND_RADIUS_M - c.squeeze_in_m)
         carry = self._carry_hands(view)
         lift_share = _smooth(clock / c.lift_s)
         lifted = self._from_hands + (carry - self._from_hands) * lift_share[:, None, None]
@@ -173,8 +177,7 @@ class ScriptedPlanner:
         hand = torch.where(during(Phase.CARRY, Phase.ALIGN_PLACE)[:, None, None], carry, hand)
         hand = torch.where(during(Phase.LOWER)[:, None, None], lowered, hand)
         hand = torch.where(during(Phase.RELEASE)[:, None, None], opened, hand)
-        wide = neutral + outward * 0.18
-        hand = torch.where((during(Phase.RETREAT) & (clock < 2.0))[:, None, None], wide, hand)
+        hand = torch.where((during(Phase.RETREAT) & (clock < c.clear_s))[:, None, None], opened, hand)
         intent[:, RIGHT_HAND], intent[:, LEFT_HAND] = hand[:, 0], hand[:, 1]
         intent[:, SQUEEZE] = during(Phase.SQUEEZE, Phase.LIFT, Phase.CARRY, Phase.ALIGN_PLACE, Phase.LOWER).float()
 
@@ -248,7 +251,7 @@ class ScriptedPlanner:
         go(Phase.APPROACH, view.waypoint_is_last & (pick_error < c.align_distance_m), Phase.ALIGN)
         go(Phase.ALIGN, aligned & (clock > 0.3), Phase.REACH)
         go(Phase.ALIGN, pick_error > 2.5 * c.align_distance_m, Phase.APPROACH)
-        go(Phase.REACH, (clock > c.reach_s) & (pre_error < 0.06 * slack), Phase.SQUEEZE)
+        go(Phase.REACH, (clock > c.reach_s) & (pre_error < c.reach_tolerance_m * slack), Phase.SQUEEZE)
         go(Phase.REACH, (clock > 6.0) | (pick_error > 0.35), Phase.ALIGN)
         go(Phase.SQUEEZE, clock > c.squeeze_s, Phase.LIFT)
         go(Phase.LIFT, clock > c.lift_s + 0.3, Phase.CARRY)

@@ -38,7 +38,9 @@ class BalanceConfig:
     grounded_mass_kg: float = 5.0
     load_gain: float = 0.25
     unload_gain: float = 0.02
-    """Share of the difference that the estimate of the load rises, and falls, by in a step."""
+    release_gain: float = 0.25
+    """Share of the difference that the estimate of the load rises, falls while squeezing, and falls after that, by in a
+    step."""
     load_limit: float = 110.0
 
 
@@ -155,7 +157,8 @@ def estimate_load(state: BodyState, memory: ReferenceState, config: BalanceConfi
     memory.arm_angles = angles
     holds = memory.squeeze > 0.95  # whoever begins to let go has put it down
     change = lift * holds - memory.load
-    memory.load = memory.load + torch.where(holds & (change < 0), config.unload_gain, config.load_gain) * change
+    gain = torch.where(change < 0, config.unload_gain, config.load_gain)
+    memory.load = memory.load + torch.where(holds, gain, config.release_gain) * change
     return memory.load
 
 
