@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -45,6 +45,10 @@ SQUAT_ROOM_M, SQUAT_STAND_M = 0.07, 0.45
 TOE_ROOM_M = 0.2
 """How far the way to an object keeps from it, so that the robot does not kick what it is to lift."""
 _STEP_OFF_M, _BACK_OFF_M = 0.2, 1.0
+UPRIGHT = 0.8
+"""Cosine of the tilt from which an object counts as lying on its side."""
+WIDEST_M, TOP_ROOM_M = 0.5, 0.045
+"""Of what lies on its side: the most between the hands, and how far below its top they press."""
 WINDOW = 10
 """Waypoints among which the nearest is looked for."""
 FAR_M = 1.0
@@ -104,7 +108,8 @@ class SubTaskRoute:
         waypoints_to_goal: (W2, 2), first straight back from the pick stand, the last one the place stand.
         steps_back: how many of `waypoints_to_goal` lead straight back.
         ahead: (W1 + W2,) index of the waypoint to make for from each waypoint, over both legs.
-        grasp_index: which of the scene's four grasps of the object.
+        grasp_o: (2, 3) where the (left, right) hand touches the object, in its frame.
+        depth_m: the object's extent along the robot's view.
         lacking_m: by how much the room at the two stands and behind them falls short; 0 where there is enough.
         missed_m: how far the ways end from where they should; 0 where they lead there.
     """
@@ -113,7 +118,8 @@ class SubTaskRoute:
     place_stand_xy_yaw: np.ndarray
     waypoints_to_object: np.ndarray
     waypoints_to_goal: np.ndarray
-    grasp_index: int
+    grasp_o: np.ndarray
+    depth_m: float
     steps_back: int
     ahead: np.ndarray
     lacking_m: float = 0.0
@@ -224,9 +230,9 @@ def plan_subtask(
     k = int(scene.subtask_object[subtask])
     positions = np.asarray(object_pos_w, dtype=float)[: scene.num_objects]
     if object_rot_w is None:
-        yaw = scene.task.objects[k].yaw_rad
+        rotation = _rotation_z(scene.task.objects[k].yaw_rad)
     else:
-        yaw = _yaw_of(np.asarray(object_rot_w, dtype=float)[k])
+        rotation = np.asarray(object_rot_w, dtype=float)[k]
     goal, goal_yaw = scene.goal_pos_w[subtask], _yaw_of(scene.goal_rot_w[subtask])
     others = [i for i in range(scene.num_objects) if i != k]
     radii = np.linalg.norm(scene.half_extents_m[others, :2], axis=-1)
@@ -235,19 +241,20 @@ def plan_subtask(
     free = OccupancyGrid(grid.origin_m, grid.cell_m, clearance < ROBOT_RADIUS_M)
 
     half = scene.half_extents_m[k]
+    low = positions[k, 2] - float(np.abs(rotation[2]) @ half)
     sides = []
-    for i in np.flatnonzero(scene.grasp_ok[k]).tolist():
-        depth = 2 * float(half[i % 2])
-        picks = _stand(grid, clearance, positions[k], yaw + i * np.pi / 2, depth, half[2])
-        places = _stand(grid, clearance, goal, goal_yaw + i * np.pi / 2, depth, half[2])
-        lacking = _lacking_room_m(grid, clearance, picks) + _lacking_room_m(grid, clearance, places)
-        before, after = _back_off(free, picks), _back_off(free, places)
-        straight = np.linalg.norm(before - np.asarray(robot_xy_m)[:2]) + np.linalg.norm(after - before)
-        sides.append((lacking, float(straight), i, picks, places, before, after))
+    for number, (grasp_o, depth, facing, places_facing) in enumerate(_ways_to_hold(scene, k, rotation, goal_yaw)):
+        picks = _stand(grid, clearance, positions[k], facing, depth, low)
+        for place_facing in places_facing:
+            places = _stand(grid, clearance, goal, place_facing, depth, goal[2] - half[2])
+            lacking = _lacking_room_m(grid, clearance, picks) + _lacking_room_m(grid, clearance, places)
+            before, after = _back_off(free, picks), _back_off(free, places)
+            straight = np.linalg.norm(before - np.asarray(robot_xy_m)[:2]) + np.linalg.norm(after - before)
+            sides.append((lacking, float(straight), number, picks, places, before, after, (grasp_o, depth)))
     sides.sort(key=lambda side: (side[0] * 100.0 + side[1], side[2]))
 
     best: tuple[float, tuple] | None = None
-    for lacking, straight_m, i, picks, places, before, after in sides:
+    for lacking, straight_m, _, picks, places, before, after, hold in sides:
         if best is not None and lacking * 100.0 + straight_m >= best[0]:
             break  # straight lines are no longer than ways
         stand_m = float(np.linalg.norm(picks[:2] - positions[k, :2]))
@@ -258,9 +265,9 @@ def plan_subtask(
         missed = np.linalg.norm(to_object[-1] - before) + np.linalg.norm(to_goal[-1] - after)
         cost = float(lacking * 100.0 + walk + 100.0 * (missed > 0.5))
         if best is None or cost < best[0]:
-            best = cost, (picks, places, before, to_object, to_goal, i, lacking, float(missed))
+            best = cost, (picks, places, before, to_object, to_goal, hold, lacking, float(missed))
     assert best is not None
-    picks, places, before, to_object, to_goal, side, lacking, missed = best[1]
+    picks, places, before, to_object, to_goal, (grasp_o, depth), lacking, missed = best[1]
     back = resampled(np.vstack([picks[:2], before]))
     to_object = np.vstack([to_object, resampled(np.vstack([to_object[-1], picks[:2]]))[1:]])
     to_goal = np.vstack([back, to_goal, resampled(np.vstack([to_goal[-1], places[:2]]))[1:]])
@@ -273,7 +280,38 @@ def plan_subtask(
     )
     # back first: whoever turns at once sweeps what is carried over what it stood on
     ahead[len(to_object) : len(to_object) + len(back) - 1] = len(to_object) + len(back) - 1
-    return SubTaskRoute(picks, places, to_object, to_goal, side, len(back), ahead, lacking, missed)
+    return SubTaskRoute(picks, places, to_object, to_goal, grasp_o, depth, len(back), ahead, lacking, missed)
+
+
+def _ways_to_hold(
+    scene: Scene, k: int, rotation: np.ndarray, goal_yaw: float
+) -> Iterator[tuple[np.ndarray, float, float, list[float]]]:
+    """The ways to take object k: (2, 3) grasp in its frame, depth in m, where to face there, and where at the goal."""
+    half = scene.half_extents_m[k]
+    if rotation[2, 2] > UPRIGHT:
+        yaw = _yaw_of(rotation)
+        for i in np.flatnonzero(scene.grasp_ok[k]).tolist():
+            turn = i * np.pi / 2
+            yield scene.grasps_o[k, i], 2 * float(half[i % 2]), yaw + turn, [goal_yaw + turn]
+        return
+    # it lies on a side: press what stands upright along the axis that lies flattest, or across that, and turn it at the
+    # goal as there is room
+    flattest = int(np.abs(rotation[2]).argmin())
+    first = rotation[:2, flattest] / np.linalg.norm(rotation[:2, flattest])
+    level = np.array([[*first, 0.0], [-first[1], first[0], 0.0]])
+    extent = [float(half[int(np.abs(rotation.T @ direction).argmax())]) for direction in level]
+    upward = rotation[2]
+    half_height = float(half[int(np.abs(upward).argmax())])
+    up = min(half_height / 2, max(0.0, half_height - TOP_ROOM_M))
+    ways = [(across, 1 - across) for across in (0, 1) if 2 * extent[across] <= WIDEST_M]
+    for across, along in ways or [(int(np.argmin(extent)), int(np.argmax(extent)))]:
+        for sign in (1.0, -1.0):
+            ahead = sign * level[along, :2]
+            left_w = np.array([-ahead[1], ahead[0], 0.0])
+            left = extent[across] * (rotation.T @ left_w)
+            grasp = np.stack([left, -left]) + up * upward
+            facing = float(np.arctan2(ahead[1], ahead[0]))
+            yield grasp, 2 * extent[along], facing, [goal_yaw + i * np.pi / 2 for i in range(4)]
 
 
 class Navigator:
@@ -459,7 +497,8 @@ def sides_with_room(
     clearance, at = grid.clearance_m(), np.asarray(position_w, dtype=float)
     found = []
     for i in np.flatnonzero(grasp_ok).tolist():
-        stand = _stand(grid, clearance, at, yaw_rad + i * np.pi / 2, 2 * half_extents_m[i % 2], half_extents_m[2])
+        support = at[2] - half_extents_m[2]
+        stand = _stand(grid, clearance, at, yaw_rad + i * np.pi / 2, 2 * half_extents_m[i % 2], support)
         if _lacking_room_m(grid, clearance, stand) == 0.0:
             found.append(i)
     return found
@@ -471,10 +510,10 @@ def _stand(
     position_w: np.ndarray,
     facing_rad: float,
     depth_m: float,
-    half_height_m: float,
+    support_height_m: float,
 ) -> np.ndarray:
     """(3,) x, y and yaw of the robot that faces an object at a position, its knees and toes clear of a table."""
-    nearest = stand_distance_m(depth_m, position_w[2] - half_height_m)
+    nearest = stand_distance_m(depth_m, support_height_m)
     yaw = np.arctan2(np.sin(facing_rad), np.cos(facing_rad))
     ahead = np.array([np.cos(yaw), np.sin(yaw)])
     distances = nearest + np.arange(0.0, STEP_BACK_M + 1e-9, 0.02)
@@ -500,6 +539,11 @@ def _back_off(free: OccupancyGrid, stand: np.ndarray) -> np.ndarray:
         if not free.cells[free.cell_of(point)]:
             return point
     return free.origin_m + (np.array(_nearest_free(free, stand[:2])) + 0.5) * free.cell_m
+
+
+def _rotation_z(yaw_rad: float) -> np.ndarray:
+    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _yaw_of(rotation: np.ndarray) -> float:

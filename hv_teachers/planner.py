@@ -47,6 +47,8 @@ class PlannerConfig:
     stand_tolerance_rad: float = 0.06
     pre_grasp_m: float = 0.08
     squeeze_in_m: float = 0.02
+    blocked_s: float = 5.0
+    """Who has not turned to a stand's heading by then turns the other way round."""
     settle_s: float = 0.4
     """The feet come to rest before the body bends."""
     reach_s: float = 1.4
@@ -134,8 +136,8 @@ class ScriptedPlanner:
             return torch.stack([phase == p for p in phases]).any(0)
 
         # where to go
-        pick, pick_distance = _hold(view, view.pick_stand)
-        place, place_distance = _hold(view, view.place_stand)
+        pick, pick_distance = _hold(view, view.pick_stand, clock > c.blocked_s)
+        place, place_distance = _hold(view, view.place_stand, clock > c.blocked_s)
         carrying = during(Phase.CARRY)
         speed = torch.where(carrying, c.carry_speed, c.walk_speed)
         stand_distance = torch.where(carrying, place_distance, pick_distance)
@@ -235,7 +237,7 @@ class ScriptedPlanner:
         outward = outward / outward.norm(dim=-1, keepdim=True).clamp(min=1e-3)
         pre_grasp = grasp + outward * (HAND_RADIUS_M + c.pre_grasp_m)
         pre_error = (hands - pre_grasp).norm(dim=-1).amax(-1)
-        slack = 1.0 + (clock - 3.0).clamp(0, 3.0)  # ever less exacting where it does not get better
+        slack = 1.0 + (clock - 2.5).clamp(0, 3.0)  # ever less exacting where it does not get better
         away = (view.object_pos[:, :2] - view.root_xy).norm(dim=-1)
         between = (hands - self._offset).mean(1)
         far = (obj - between).norm(dim=-1) > c.lost_m
@@ -360,13 +362,17 @@ def _walk(view: PlannerView, speed: Tensor, turn_rate: float, stand_distance: Te
     return torch.stack([pace, torch.zeros_like(pace), turn], -1) + push_h * ~backward[:, None]
 
 
-def _hold(view: PlannerView, stand: Tensor) -> tuple[Tensor, Tensor]:
-    """(N, 3) velocities that bring the robot to a stand pose without turning away from it, and the distance
-    left (N,)."""
+def _hold(view: PlannerView, stand: Tensor, other_way: Tensor | None = None) -> tuple[Tensor, Tensor]:
+    """(N, 3) velocities that bring the robot to a stand pose without turning away from it, and the distance left (N,).
+
+    Where `other_way` (N,) is true it turns the longer way round, if it has far to turn.
+    """
     point = torch.cat([stand[:, :2], torch.zeros_like(stand[:, :1])], -1)
     x, y, _ = _to_heading(view, point[:, None])[:, 0].unbind(-1)
     distance = torch.sqrt(x * x + y * y)
     turn = _wrap(stand[:, 2] - view.root_yaw)
+    if other_way is not None:
+        turn = torch.where(other_way & (turn.abs() > 0.6), turn - 2 * torch.pi * turn.sign(), turn)
     near = ((x.abs() < 0.035) & (y.abs() < 0.025) & (turn.abs() < 0.05)).float()
     # gently: a toe that strides into the furniture in front of the stand trips the robot
     forward = (1.1 * x).clamp(-0.25, 0.25)

@@ -44,11 +44,8 @@ class RouteViews:
             changed.append(i)
             self.pick_stand[i] = torch.as_tensor(route.pick_stand_xy_yaw, dtype=torch.float32)
             self.place_stand[i] = torch.as_tensor(route.place_stand_xy_yaw, dtype=torch.float32)
-            scene, index = world.scenes[i], int(world.object_index[i])
-            left_right = torch.as_tensor(np.asarray(scene.grasps_o[index, route.grasp_index]), dtype=torch.float32)
-            self.grasp_o[i] = left_right.flip(0)
-            half = scene.half_extents_m[index]
-            self.depth_m[i] = 2.0 * float(half[route.grasp_index % 2])
+            self.grasp_o[i] = torch.tensor(np.asarray(route.grasp_o), dtype=torch.float32).flip(0)
+            self.depth_m[i] = route.depth_m
             to_object = len(route.waypoints_to_object)
             self._last[i, 0], self._last[i, 1] = to_object - 1, to_object + len(route.waypoints_to_goal) - 1
         return torch.tensor(changed, dtype=torch.long)

@@ -90,7 +90,7 @@ def verify_task(task: Task, *, ambiguity: bool = True) -> Verdict:
             (f"{names[k]!r}", poses[k], route.pick_stand_xy_yaw),
             (f"the goal of {names[k]!r}", goal, route.place_stand_xy_yaw),
         ):
-            gap = reaching_error_m(scene.grasps_o[k, route.grasp_index], pose, stand)
+            gap = reaching_error_m(route.grasp_o, pose, stand)
             if gap > REACHED_M:
                 return Verdict(task.name, "reaches", f"subtasks[{i}]: the hands end {gap:.2f} m short of {what}")
         way = _way_m(robot, route)

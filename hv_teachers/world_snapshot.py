@@ -23,8 +23,7 @@ from hv_teachers.teacher_memory import TeacherMemory
 _WORLD = ("episode_step", "fallen", "_distance_at_instruction_m")
 _INSTRUCTOR = ("num_finished", "steps_since_instruction", "steps_held")
 _NAVIGATOR = ("progress", "picked_up", "_object_start_w")
-_ROUTE = ("pick_stand_xy_yaw", "place_stand_xy_yaw", "waypoints_to_object", "waypoints_to_goal")
-_ROUTE_NUMBERS = ("grasp_index", "steps_back")
+_ROUTE = ("pick_stand_xy_yaw", "place_stand_xy_yaw", "waypoints_to_object", "waypoints_to_goal", "grasp_o")
 _ENV = ("episodes", "start_height", "_height_of")
 
 
@@ -66,7 +65,7 @@ def _save_world(world: RearrangeWorld) -> dict[str, Any]:
     for route in world.navigator.routes:
         assert route is not None
         arrays = {name: torch.as_tensor(np.array(getattr(route, name), dtype=np.float64)) for name in _ROUTE}
-        numbers = {name: int(getattr(route, name)) for name in _ROUTE_NUMBERS}
+        numbers = {"depth_m": float(route.depth_m), "steps_back": int(route.steps_back)}
         routes.append(arrays | numbers | {"ahead": torch.as_tensor(route.ahead)})
     return {
         "qpos": [torch.tensor(data.qpos) for data in physics],
@@ -93,7 +92,7 @@ def _restore_world(world: RearrangeWorld, saved: dict[str, Any]) -> None:
         setattr(world.navigator, name, value.clone())
     for i, route in enumerate(saved["routes"]):
         arrays = {name: route[name].numpy() for name in _ROUTE}
-        numbers = {name: route[name] for name in _ROUTE_NUMBERS}
+        numbers = {name: route[name] for name in ("depth_m", "steps_back")}
         world.navigator.take(i, SubTaskRoute(**arrays, **numbers, ahead=route["ahead"].numpy()))
     world._look()
 
