@@ -14,8 +14,8 @@ import numpy as np
 from scipy import ndimage
 
 from hv_sim.furniture import FURNITURE_KINDS
-from hv_sim.navigation import ROBOT_RADIUS_M, OccupancyGrid, occupancy_grid
 from hv_sim.parts import prisms
+from hv_sim.paths import ROBOT_RADIUS_M, OccupancyGrid, occupancy_grid
 from hv_sim.rooms import ROOM_KINDS
 from hv_sim.surfaces import Surface, surfaces_of
 from hv_sim.task import FurniturePlacement, Room, furniture_parts, room_parts

@@ -18,9 +18,9 @@ import numpy as np
 from hv_sim.basis_point_set import basis_point_set
 from hv_sim.humanoid import ALL_CONAFFINITY, ENVIRONMENT_CONTYPE, add_humanoid, configure_physics, standing_qpos
 from hv_sim.materials import add_materials
-from hv_sim.navigation import OccupancyGrid, occupancy_grid
 from hv_sim.objects import BuiltObject
 from hv_sim.parts import Part, Prism, prisms
+from hv_sim.paths import OccupancyGrid, occupancy_grid
 from hv_sim.rooms import FLOORS, WALL_HEIGHT_M
 from hv_sim.task import Room, Task, TaskError, built_object, furniture_parts, room_parts
 

@@ -16,9 +16,10 @@ from hv_sim.floor_plans import HELD_OUT, STAND_M, FloorPlan, can_stand_before, f
 from hv_sim.furniture import FURNITURE_KINDS
 from hv_sim.instructions import write_instructions
 from hv_sim.lexicon import called, furniture_nouns, usable
-from hv_sim.navigation import OccupancyGrid, occupancy_grid, sides_with_room
+from hv_sim.navigation import sides_with_room
 from hv_sim.objects import GRASP_WIDTH_M, MASS_KG, OBJECT_KINDS, BuiltObject
 from hv_sim.parts import prisms
+from hv_sim.paths import OccupancyGrid, occupancy_grid
 from hv_sim.places import BESIDE, NEAR_M, ON, PARTED_M, Layout, Place, Pose, layout_at
 from hv_sim.rooms import ROOM_KINDS
 from hv_sim.single_object import single_object_tasks

@@ -31,8 +31,8 @@ from hv_sim.scene import Scene, compile_scene
 from hv_sim.task import Task
 
 STEPS_PER_SUBTASK = 1500
-"""Default length of an episode: 50 s for each sub-task. A fetch, carry and retreat takes about 25 s; the longest ways round
-the racks of a warehouse (25 m) take 30 s more."""
+"""Default length of an episode: 50 s for each sub-task. A fetch, carry and retreat takes about 25 s; the longest ways
+round the racks of a warehouse (15 m) take 15 s more."""
 
 START_JITTER_M = 0.05
 START_JITTER_RAD = np.radians(5.0)

@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from hv_sim.humanoid import BODY_NAMES
+from hv_sim.instructor import InstructorConfig
 from hv_sim.metrics import EpisodeRecord
 from hv_sim.rearrange_env import RearrangeEnv
 from hv_sim.task import Task, built_object
@@ -23,9 +24,9 @@ LIFTED_M = 0.08
 PLACED_M = 0.4
 NEVER = 1_000_000
 FAILURES = ("fell", "not_reached", "blocked", "not_grasped", "dropped", "timed_out", "knocked")
-"""Why a sub-task failed: the robot fell while it was in force or before; its instruction was never given; the robot never
-came near its object; it came, and never lifted it; it did, and the object lies somewhere else; it is still being held
-when time is up; it had been accepted, and was moved again later."""
+"""Why a sub-task failed: the robot fell while it was in force or before; its instruction was never given; the robot
+never came near its object; it came, and never lifted it; it did, and the object lies somewhere else; it is still being
+held when time is up; it had been accepted, and was moved again later."""
 NEAR_M = 0.9
 HELD_M = 0.3
 _HANDS = [BODY_NAMES.index("right_hand"), BODY_NAMES.index("left_hand")]
@@ -96,7 +97,10 @@ class EpisodeOutcome:
 
 
 def run_episodes(
-    episodes: Sequence[Episode], policy: EvaluatedPolicy, max_episode_steps: int | None = None
+    episodes: Sequence[Episode],
+    policy: EvaluatedPolicy,
+    max_episode_steps: int | None = None,
+    instructor: InstructorConfig | None = None,
 ) -> list[EpisodeOutcome]:
     """Plays episodes to their ends, side by side where the policy does not see, on one thread.
 
@@ -106,10 +110,13 @@ def run_episodes(
         episodes: with equally many sub-tasks each, if `max_episode_steps` is not given.
         policy: who acts.
         max_episode_steps: control steps before an episode is cut off (default: the world's).
+        instructor: thresholds of Algorithm 3.
     """
     if policy.sees:
-        return [film_episode(episode, policy, max_episode_steps) for episode in episodes]
-    world = RearrangeWorld([e.task for e in episodes], max_episode_steps=max_episode_steps, num_threads=1)
+        return [film_episode(episode, policy, max_episode_steps, instructor) for episode in episodes]
+    world = RearrangeWorld(
+        [e.task for e in episodes], max_episode_steps=max_episode_steps, instructor=instructor, num_threads=1
+    )
     world.reset(seeds=[e.seed for e in episodes])
     policy.reset(len(episodes))
     watch = _Watch(world)
@@ -124,6 +131,7 @@ def film_episode(
     episode: Episode,
     policy: EvaluatedPolicy,
     max_episode_steps: int | None = None,
+    instructor: InstructorConfig | None = None,
     on_frame: Callable[[np.ndarray], None] | None = None,
     frame_stride: int = 2,
 ) -> EpisodeOutcome:
@@ -133,9 +141,10 @@ def film_episode(
         episode: what is played.
         policy: who acts.
         max_episode_steps: control steps before it is cut off (default: the world's).
+        instructor: thresholds of Algorithm 3.
         on_frame: is given a picture of the episode every `frame_stride` steps.
     """
-    env = RearrangeEnv(episode.task, max_episode_steps=max_episode_steps)
+    env = RearrangeEnv(episode.task, max_episode_steps=max_episode_steps, instructor=instructor)
     try:
         observation = env.reset(seed=episode.seed)[0] if policy.sees else None
         world = env.world

@@ -16,13 +16,14 @@ import time
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from hv_sim.instructor import InstructorConfig
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M, summarize
 from hv_sim.task import Task
 from hv_teachers.episodes import FAILURES, Episode, EpisodeOutcome, film_episode, run_episodes, tasks_fingerprint
@@ -43,6 +44,8 @@ class EvaluationConfig:
     repeats: int = 1
     seed: int = 0
     max_episode_steps: int | None = None
+    instructor: InstructorConfig = field(default_factory=InstructorConfig)
+    """Thresholds of Algorithm 3; None for one of them is an ablation of the paper."""
 
 
 class EvaluationError(RuntimeError):
@@ -61,6 +64,7 @@ def evaluate(
     *,
     workers: int = 0,
     videos: Iterable[str] = (),
+    film_typical: bool = False,
     on_episode: Callable[[EpisodeOutcome, int, int], None] | None = None,
 ) -> dict[str, Any]:
     """Plays every task `repeats` times and writes `metrics.json`; returns what is in it.
@@ -71,6 +75,7 @@ def evaluate(
         output: folder; one that holds a part of the same evaluation is gone on with.
         workers: processes, 0 for one per core.
         videos: names of tasks whose first episodes are filmed.
+        film_typical: play the best episode and one of every kind of failure once more and film them.
         on_episode: is told each outcome, how many there are by then, and how many there will be.
 
     Raises:
@@ -100,6 +105,17 @@ def evaluate(
             if on_episode:
                 on_episode(outcome, len(done), len(wanted))
     outcomes = [done[(task.name, repeat)] for task, repeat in wanted]
+    if film_typical:
+        by_name = {task.name: task for task in tasks}
+        chosen = [
+            Episode(by_name[o.record.task], o.repeat, o.record.seed)
+            for o in typical_outcomes(outcomes)
+            if not video_path(output, o.record.task, o.repeat).exists()
+        ]
+        again = _play([_Job((e,), config, output) for e in chosen], config.policy, _num_processes(workers))
+        for outcome in again:
+            if outcome != done[(outcome.record.task, outcome.repeat)]:
+                raise EvaluationError(f"{output}: {outcome.record.task}: the film ends otherwise than the episode did")
     metrics = {**metrics_of(outcomes), **_versions(), "plan": plan}
     _write(output / METRICS_FILE, metrics)
     if missing:
@@ -140,6 +156,25 @@ def metrics_of(outcomes: Sequence[EpisodeOutcome]) -> dict[str, Any]:
     return found
 
 
+def video_path(output: Path, task: str, repeat: int) -> Path:
+    """Where an evaluation's film of an episode is."""
+    return output / "videos" / f"{task}_{repeat}.mp4"
+
+
+def typical_outcomes(outcomes: Sequence[EpisodeOutcome]) -> list[EpisodeOutcome]:
+    """The best episode, the worst, and the first of every kind of failure; each once."""
+    if not outcomes:
+        return []
+
+    def misses(outcome: EpisodeOutcome) -> float:
+        return sum(outcome.record.distances_m)
+
+    chosen = [min(outcomes, key=misses), max(outcomes, key=misses)]
+    for reason in FAILURES:
+        chosen += [o for o in outcomes if any(s.failure == reason for s in o.subtasks)][:1]
+    return [o for i, o in enumerate(chosen) if o not in chosen[:i]]
+
+
 def wilson_interval(successes: int, trials: int, z: float = 1.959964) -> list[float] | None:
     """95 % interval of a share (Wilson, 1927), [low, high]; None without trials."""
     if trials == 0:
@@ -175,7 +210,8 @@ def read_outcomes(folder: Path) -> list[EpisodeOutcome]:
 class _Job:
     episodes: tuple[Episode, ...]
     config: EvaluationConfig
-    videos: Path | None = None
+    output: Path | None = None
+    """Where films go; None: nothing is filmed."""
 
 
 def _jobs(
@@ -183,7 +219,7 @@ def _jobs(
 ) -> list[_Job]:
     """Films first, one by one; then equal shares of at most `batch` episodes that are equally long."""
     films = [e for e in episodes if e.task.name in filmed and e.repeat == 0]
-    jobs = [_Job((e,), config, output / "videos") for e in films]
+    jobs = [_Job((e,), config, output) for e in films]
     lengths: dict[int, list[Episode]] = {}
     for e in episodes:
         if e not in films:
@@ -241,15 +277,19 @@ def _load(policy: str) -> None:
 
 
 def _run(job: _Job) -> list[EpisodeOutcome]:
-    if not job.videos:
-        return run_episodes(job.episodes, _POLICY, job.config.max_episode_steps)
+    config = job.config
+    if job.output is None:
+        return run_episodes(job.episodes, _POLICY, config.max_episode_steps, config.instructor)
     from lerobot.utils.io_utils import write_video
 
     frames: list[np.ndarray] = []
     (episode,) = job.episodes
-    outcome = film_episode(episode, _POLICY, job.config.max_episode_steps, frames.append)
-    job.videos.mkdir(parents=True, exist_ok=True)
-    write_video(job.videos / f"{episode.task.name}.mp4", frames, fps=15)
+    outcome = film_episode(episode, _POLICY, config.max_episode_steps, config.instructor, frames.append)
+    path = video_path(job.output, episode.task.name, episode.repeat)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_suffix(".tmp.mp4")
+    write_video(draft, frames, fps=15)
+    draft.replace(path)
     return [outcome]
 
 

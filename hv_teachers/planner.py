@@ -109,7 +109,7 @@ class ScriptedPlanner:
         """(N,) the object slipped away at the last step: a new route to it is needed."""
         self.object_target = torch.zeros(num_envs, 3)
         """(N, 3) where the object should be now, world frame; meaningful from LIFT to LOWER."""
-        self._from_hands = torch.zeros(num_envs, 2, 3)  # heading frame, at the start of SQUEEZE, LIFT, LOWER and RELEASE
+        self._from_hands = torch.zeros(num_envs, 2, 3)  # heading frame, when SQUEEZE, LIFT, LOWER or RELEASE began
         self._offset = torch.zeros(num_envs, 2, 3)  # hands relative to the object when it was grasped, heading frame
         self._from_object = torch.zeros(num_envs, 3)
         self._start_height = torch.zeros(num_envs)

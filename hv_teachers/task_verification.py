@@ -31,7 +31,7 @@ REACHED_M = 0.03
 LOWEST_GRASP_M = 0.05
 LACKING_M, MISSED_M = 0.005, 0.1
 """Room and way that may be missing: less than the grid's cells tell apart."""
-LONGEST_WAY_M = 25.0
+LONGEST_WAY_M = 15.0
 _OUT_OF_THE_WAY_M = 5.0
 
 CHECKS = ("compiles", "settles", "says", "stands", "reaches", "walks", "goal_stays")

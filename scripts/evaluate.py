@@ -11,9 +11,14 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from dataclasses import fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tqdm import tqdm
+
+if TYPE_CHECKING:
+    from hv_sim.instructor import InstructorConfig
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -23,8 +28,11 @@ def main(arguments: list[str] | None = None) -> int:
     from hv_sim.task import TaskError, resolve_tasks
     from hv_teachers.evaluation import METRICS_FILE, EvaluationConfig, EvaluationError, evaluate
 
-    config = EvaluationConfig(options.policy, options.suite, options.repeats, options.seed, options.max_episode_steps)
     try:
+        config = EvaluationConfig(
+            options.policy, options.suite, options.repeats, options.seed, options.max_episode_steps,
+            read_instructor(options.instructor),
+        )  # fmt: skip
         tasks = resolve_tasks(options.suite)
         if options.n_tasks is not None:
             if options.n_tasks > len(tasks):
@@ -40,8 +48,9 @@ def main(arguments: list[str] | None = None) -> int:
                 bar.update(done - bar.n)
 
             metrics = evaluate(
-                config, tasks, options.output, workers=options.workers, videos=options.videos, on_episode=tell
-            )
+                config, tasks, options.output, workers=options.workers, videos=options.videos,
+                film_typical=options.film, on_episode=tell,
+            )  # fmt: skip
     except (TaskError, GLError, EvaluationError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
@@ -51,6 +60,30 @@ def main(arguments: list[str] | None = None) -> int:
     print(_table(metrics))
     print(f"written: {options.output / METRICS_FILE}")
     return 0
+
+
+def read_instructor(settings: list[str]) -> InstructorConfig:
+    """`key=value` settings over the defaults; `null` switches a condition off.
+
+    Raises:
+        ValueError: a key is unknown, or a value is not valid.
+    """
+    from hv_sim.instructor import InstructorConfig
+
+    values: dict[str, float | int | None] = {}
+    known = {f.name: f.type for f in fields(InstructorConfig)}
+    for setting in settings:
+        name, _, text = setting.partition("=")
+        if name not in known:
+            raise ValueError(f"--instructor: {name!r} is unknown; valid: {', '.join(known)}")
+        try:
+            values[name] = None if text == "null" else int(text) if known[name] == "int" else float(text)
+        except ValueError:
+            raise ValueError(f"--instructor: {setting!r} is not valid; valid: {name}=NUMBER or null") from None
+    try:
+        return InstructorConfig(**values)  # type: ignore[arg-type]
+    except TypeError as error:
+        raise ValueError(f"--instructor: {error}") from None
 
 
 def _table(metrics: dict) -> str:
@@ -76,6 +109,11 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--workers", type=_positive, default=0, help="processes (default: one a core)")
     parser.add_argument("--max-episode-steps", type=_positive, help="control steps (30 a second) of an episode")
     parser.add_argument("--videos", nargs="*", default=[], metavar="TASK", help="names of tasks to film")
+    parser.add_argument("--film", action="store_true", help="film the best episode and one of every kind of failure")
+    parser.add_argument(
+        "--instructor", nargs="*", default=[], metavar="KEY=VALUE",
+        help="thresholds of Algorithm 3, such as max_object_speed_m_s=null (an ablation)",
+    )  # fmt: skip
     parser.add_argument("--output", type=Path, required=True, help="folder for metrics.json and episodes.jsonl")
     return parser.parse_args(arguments)
 

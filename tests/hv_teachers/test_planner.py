@@ -21,6 +21,9 @@ def view(num=1, **changes):
         "place_stand": torch.tensor([[1.6, 0.0, 0.0]]).repeat(num, 1),
         "waypoint": torch.zeros(num, 2),
         "waypoint_is_last": torch.ones(num, dtype=torch.bool),
+        "may_back": torch.ones(num, dtype=torch.bool),
+        "clearance_m": torch.ones(num),
+        "away": torch.zeros(num, 2),
     }
     return PlannerView(**{**values, **changes})
 

@@ -22,11 +22,11 @@ def test_views_are_the_routes():
     for i, route in enumerate(world.navigator.routes):
         scene, k = world.scenes[i], int(world.object_index[i])
         position, rotation = (x[i, k].double().numpy() for x in (world.state.object_pos_w, world.state.object_rot_w))
-        left, right = scene.grasps_o[k, route.grasp_index]
+        left, right = route.grasp_o
         np.testing.assert_allclose(view.grasp[i], [position + rotation @ right, position + rotation @ left], atol=1e-5)
         np.testing.assert_allclose(view.pick_stand[i], route.pick_stand_xy_yaw, atol=1e-6)
         np.testing.assert_allclose(view.place_stand[i], route.place_stand_xy_yaw, atol=1e-6)
-        assert view.depth_m[i].item() == np.float32(2 * scene.half_extents_m[k][route.grasp_index % 2])
+        assert view.depth_m[i].item() == np.float32(route.depth_m)
         np.testing.assert_allclose(view.goal_pos[i], scene.goal_pos_w[0], atol=1e-6)
         # at the pick stand the robot faces the object, its right hand's grasp to its right
         yaw = route.pick_stand_xy_yaw[2]
@@ -55,12 +55,15 @@ def test_the_last_waypoint_of_each_leg():
     first_leg, whole = len(route.waypoints_to_object), len(route.waypoints_to_object) + len(route.waypoints_to_goal)
     found = []
     for index in range(whole):
-        navigator.waypoint_index[0] = index
+        navigator.progress[0], navigator.picked_up[0] = index, index >= first_leg
         found.append(bool(routes.view(world).waypoint_is_last[0]))
-    assert [i for i, last in enumerate(found) if last] == [first_leg - 1, whole - 1]
-    navigator.waypoint_index[0] = first_leg - 1
+    reaches = [int(route.ahead[i]) in (first_leg - 1, whole - 1) for i in range(whole)]
+    assert found == reaches
+    assert found[first_leg - 1]
+    assert not found[first_leg]
+    navigator.progress[0], navigator.picked_up[0] = first_leg - 1, False
     assert navigator.leg_is_done[0]
     navigator.picked_up[0] = True
     assert not navigator.leg_is_done[0]
-    navigator.waypoint_index[0] = whole - 1
+    navigator.progress[0] = whole - 1
     assert navigator.leg_is_done[0]

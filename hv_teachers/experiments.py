@@ -1,0 +1,181 @@
+"""Experiments: a system, trained if need be, on suites of tasks; the parts that are there already are reused."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from tqdm import tqdm
+
+from hv_sim.instructor import InstructorConfig
+from hv_sim.suites import SUITE_SIZES, SUITES, load_suite
+from hv_teachers.episodes import EpisodeOutcome
+from hv_teachers.evaluation import METRICS_FILE, EvaluationConfig, evaluate, read_outcomes
+from hv_teachers.results import EXPERIMENT_FILE, find_results, leaderboard, read_result
+from hv_teachers.teacher import TEACHER_FILES
+from hv_teachers.teacher_config import CONFIG_FOLDER, read_yaml
+from hv_teachers.teacher_recipe import read_recipe, train_recipe
+
+TRAINED_PER_S, SECONDS_PER_EPISODE = 2500.0, 1.5
+"""On two cores of an AMD EPYC, idle: control steps of a teacher's training, and a two-object episode of a policy that
+does not see (`docs/teachers.md`). What is measured here (`timing.json`) is taken instead where there is any."""
+_KEYS = ("policy", "train", "reuse", "suites")
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where things go, below one folder."""
+
+    root: Path
+
+    def training(self, name: str) -> Path:
+        return self.root / "runs" / "experiments" / name
+
+    def evaluation(self, name: str, suite: str) -> Path:
+        return self.root / "outputs" / "experiments" / name / suite
+
+    def result(self, name: str, suite: str) -> Path:
+        return self.root / "results" / f"{name}-{suite}" / METRICS_FILE
+
+    @property
+    def leaderboard(self) -> Path:
+        return self.root / "RESULTS.md"
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What is to be measured: `policy` as hv-eval knows it, or the recipe (`train`) that makes it."""
+
+    name: str
+    policy: str | None
+    train: str | None
+    reuse: dict[str, str]
+    suites: dict[str, int]
+
+    def narrowed(self, suites: list[str] | None, repeats: int | None) -> Experiment:
+        """Only some of its suites, with other repeats.
+
+        Raises:
+            ValueError: a suite is not among its own, or repeats are below 1.
+        """
+        unknown = [s for s in suites or () if s not in self.suites]
+        if unknown:
+            raise ValueError(f"--suites: {unknown[0]!r} is not valid; valid: {', '.join(self.suites)}")
+        if repeats is not None and repeats < 1:
+            raise ValueError(f"--repeats: {repeats} is not valid; valid: an integer >= 1")
+        chosen = {s: repeats or n for s, n in self.suites.items() if not suites or s in suites}
+        return replace(self, suites=chosen)
+
+
+def known_experiments() -> list[str]:
+    """Names of those that come with the project."""
+    return sorted(p.stem for p in (CONFIG_FOLDER / "experiments").glob("*.yaml"))
+
+
+def read_experiment(name_or_path: str) -> Experiment:
+    """An experiment by name or by the path of a YAML file.
+
+    Raises:
+        ValueError: there is none, or a key is unknown, missing or not valid.
+    """
+    path = Path(name_or_path)
+    if path.suffix not in (".yaml", ".yml"):
+        path = CONFIG_FOLDER / "experiments" / f"{name_or_path}.yaml"
+    if not path.is_file():
+        raise ValueError(f"experiment: {name_or_path!r} is not known; valid: {', '.join(known_experiments())}")
+    data = read_yaml(str(path))
+    unknown = [key for key in data if key not in _KEYS]
+    if unknown:
+        raise ValueError(f"{path}: {unknown[0]}: unknown; valid: {', '.join(_KEYS)}")
+    if ("policy" in data) == ("train" in data):
+        raise ValueError(f"{path}: policy, train: valid: one of them")
+    suites = data.get("suites")
+    if not isinstance(suites, dict) or not suites or any(s not in SUITES for s in suites):
+        raise ValueError(f"{path}: suites: {suites!r} is not valid; valid: a mapping of {', '.join(SUITES)} to repeats")
+    if any(not isinstance(n, int) or n < 1 for n in suites.values()):
+        raise ValueError(f"{path}: suites: {suites!r} is not valid; valid: repeats are integers >= 1")
+    return Experiment(path.stem, data.get("policy"), data.get("train"), dict(data.get("reuse") or {}), suites)
+
+
+def plan_of(experiment: Experiment, places: Places) -> str:
+    """One line: what is still to be done and about how long it takes."""
+    steps, seconds = [], 0.0
+    if experiment.train and not _is_trained(places.training(experiment.name)):
+        samples = read_recipe(experiment.train).samples()
+        seconds += samples / TRAINED_PER_S
+        steps.append(f"train {samples / 1e6:.0f} M control steps")
+    for suite, repeats in experiment.suites.items():
+        folder = places.evaluation(experiment.name, suite)
+        total = SUITE_SIZES[suite] * repeats
+        left = total - len(read_outcomes(folder))
+        if left > 0:
+            seconds += left * _seconds_per_episode(folder)
+            steps.append(f"{left} episodes of {suite}")
+    if not steps:
+        return f"{experiment.name}: done"
+    return f"{experiment.name}: {', '.join(steps)}; about {_duration(seconds)}"
+
+
+def run_experiment(
+    experiment: Experiment, places: Places, *, seed: int = 0, workers: int = 0, film: bool = False
+) -> list[Path]:
+    """Trains and evaluates what is missing; returns the files of results.
+
+    Raises:
+        ValueError: a configuration is not valid.
+        hv_teachers.evaluation.EvaluationError: a folder holds another evaluation.
+    """
+    policy, instructor = experiment.policy or "", InstructorConfig()
+    if experiment.train:
+        folder = places.training(experiment.name)
+        recipe = read_recipe(experiment.train)
+        instructor = recipe.instructor
+        if not _is_trained(folder):
+            reuse = {f"reuse.{s}": str(places.training(other) / s) for s, other in experiment.reuse.items()}
+            train_recipe(recipe, folder, reuse)
+        policy = str(folder)
+    written = []
+    for suite, repeats in experiment.suites.items():
+        tasks, output = load_suite(suite), places.evaluation(experiment.name, suite)
+        config = EvaluationConfig(policy, suite, repeats, seed, None, instructor)
+        with tqdm(total=len(tasks) * repeats, desc=f"{experiment.name} {suite}", unit="episode") as bar:
+
+            def tell(_: EpisodeOutcome, done: int, __: int, bar: tqdm = bar) -> None:
+                bar.update(done - bar.n)
+
+            evaluate(config, tasks, output, workers=workers, film_typical=film, on_episode=tell)
+        _write(output / EXPERIMENT_FILE, json.dumps({"name": experiment.name}) + "\n")
+        metrics = {**read_result(output / METRICS_FILE).metrics, "experiment": experiment.name}
+        target = places.result(experiment.name, suite)
+        _write(target, json.dumps(metrics, indent=1) + "\n")
+        written.append(target)
+    _write(places.leaderboard, leaderboard(find_results([places.root / "results"])))
+    return [*written, places.leaderboard]
+
+
+def _is_trained(folder: Path) -> bool:
+    return (folder / TEACHER_FILES[0]).is_file() and (folder / "recipe.json").is_file()
+
+
+def _seconds_per_episode(folder: Path) -> float:
+    """As measured here before, for this or another experiment's same suite; else a figure of ours."""
+    for path in [folder / "timing.json", *sorted(folder.parents[1].glob(f"*/{folder.name}/timing.json"))]:
+        try:
+            timing = json.loads(path.read_text(encoding="utf-8"))
+            return float(timing["seconds"]) / float(timing["episodes"])
+        except (OSError, ValueError, KeyError, ZeroDivisionError):
+            continue
+    return SECONDS_PER_EPISODE
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds / 3600:.1f} h" if seconds >= 5400 else f"{max(1, round(seconds / 60))} min"
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    draft.write_text(text, encoding="utf-8")
+    draft.replace(path)

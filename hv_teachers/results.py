@@ -1,0 +1,110 @@
+"""What evaluations found, gathered: which system, which suite, which figures; and the leaderboard made of them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hv_sim.suites import SUITES
+from hv_teachers.evaluation import METRICS_FILE, EvaluationError
+from hv_teachers.published_results import PUBLISHED_TABLES
+
+EXPERIMENT_FILE = "experiment.json"
+_NEEDED = ("at_0.4", "at_0.2", "fall_rate", "n_episodes", "plan")
+
+
+@dataclass(frozen=True)
+class Result:
+    """An evaluation's metrics under the name of its system; `folder` is where its episodes and videos are."""
+
+    system: str
+    suite: str
+    metrics: dict[str, Any]
+    folder: Path
+
+
+def read_result(path: Path) -> Result:
+    """Reads a `metrics.json`; the system's name is the experiment's beside it, else what was evaluated.
+
+    Raises:
+        EvaluationError: it is not an evaluation's.
+    """
+    try:
+        metrics = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise EvaluationError(f"{path}: not a readable metrics.json ({' '.join(str(error).split())})") from None
+    missing = [key for key in _NEEDED if not isinstance(metrics, dict) or key not in metrics]
+    if missing:
+        raise EvaluationError(f"{path}: {missing[0]} is missing; valid: a metrics.json of hv-eval")
+    about = path.with_name(EXPERIMENT_FILE)
+    plan = metrics["plan"]
+    if about.is_file():
+        system = str(json.loads(about.read_text(encoding="utf-8"))["name"])
+    else:
+        system = str(metrics.get("experiment") or Path(str(plan["policy"])).name)
+    return Result(system, str(plan["suite"]), metrics, path.parent)
+
+
+def find_results(folders: Iterable[Path]) -> list[Result]:
+    """Every evaluation in or below some folders, by suite and success.
+
+    Raises:
+        EvaluationError: a folder does not exist, or a metrics.json is damaged.
+    """
+    found = []
+    for folder in folders:
+        if not folder.exists():
+            raise EvaluationError(f"{folder}: there is no such folder")
+        paths = [folder] if folder.is_file() else sorted(folder.rglob(METRICS_FILE))
+        found += [read_result(p) for p in paths]
+    order = {name: i for i, name in enumerate(SUITES)}
+    found.sort(key=lambda r: (order.get(r.suite, len(order)), -r.metrics["at_0.4"]["success_all"], r.system))
+    return found
+
+
+def leaderboard(results: Sequence[Result]) -> str:
+    """The text of `RESULTS.md`: a table for each suite, and the paper's rows where they compare."""
+    lines = [
+        "# Results",
+        "",
+        "Written by `hv-experiment` from the files in `results/`; not to be edited. Success: the object ends within 0.4",
+        "(0.2) m of its goal, judged at the end of the episode, nobody assists. In brackets: 95 % interval (Wilson).",
+    ]
+    for suite in dict.fromkeys(r.suite for r in results):
+        chosen = [r for r in results if r.suite == suite]
+        count = max(_num_subtasks(r.metrics) for r in chosen)
+        heads = [f"object {i + 1}" for i in range(count)]
+        lines += ["", f"## {suite}", ""]
+        lines.append(f"| system | {' | '.join(heads)} | all at 0.4 m | all at 0.2 m | miss (m) | falls | episodes |")
+        lines.append("|---" * (count + 6) + "|")
+        for r in chosen:
+            m = r.metrics
+            each = [_percent(m["at_0.4"].get(f"success_{i + 1}")) for i in range(count)]
+            low, high = m["interval_0.4"]["success_all"]
+            misses = " / ".join(f"{m[f'dist_{i + 1}']:.2f}" for i in range(_num_subtasks(m)))
+            lines.append(
+                f"| {r.system} | {' | '.join(each)} | **{_percent(m['at_0.4']['success_all'])}**"
+                f" [{100 * low:.1f}, {100 * high:.1f}] | {_percent(m['at_0.2']['success_all'])} | {misses}"
+                f" | {_percent(m['fall_rate'])} | {m['n_episodes']} |"
+            )
+        for table in PUBLISHED_TABLES:
+            if table.suite == suite:
+                for row in table.rows:
+                    miss = f"{row.dist_1} / {row.dist_2}" if row.dist_1 is not None else ""
+                    each = [_percent(row.success_1), _percent(row.success_2), *[""] * (count - 2)]
+                    lines.append(
+                        f"| *{row.system}, published (Table {table.number})* | {' | '.join(each)}"
+                        f" | {_percent(row.success_all)} | | {miss} | | |"
+                    )
+    return "\n".join(lines) + "\n"
+
+
+def _num_subtasks(metrics: dict[str, Any]) -> int:
+    return sum(1 for key in metrics["at_0.4"] if key != "success_all")
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{100 * share:.1f} %"
