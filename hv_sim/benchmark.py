@@ -12,7 +12,15 @@ import numpy as np
 import torch
 from tqdm import tqdm
 
-from hv_sim.humanoid import CONTROL_HZ, ROBOT_NQ
+from hv_sim.humanoid import (
+    ALL_CONAFFINITY,
+    CONTROL_HZ,
+    ENVIRONMENT_CONTYPE,
+    ROBOT_NQ,
+    add_humanoid,
+    configure_physics,
+    standing_qpos,
+)
 from hv_sim.rendering import CameraRenderer
 from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
@@ -23,10 +31,11 @@ _BLOCK_STEPS = 10
 def benchmark_simulation(
     tasks: Sequence[Task], *, num_envs: int = 256, num_steps: int = 150, num_threads: int = 0, rounds: int = 3
 ) -> dict[str, float]:
-    """Control steps/s of `RearrangeWorld` with observations, and of bare `mujoco.batch`, on the same scenes.
+    """Control steps/s of `RearrangeWorld` with observations, and of bare `mujoco.batch`, on the same scenes and on a
+    plane with nothing but the humanoid.
 
-    Both hold the standing pose with the same noise on the joint targets, so both see the same contacts. They take turns
-    every few steps, and of each turn the best of `rounds` counts: other load on the machine then hurts neither more.
+    All hold the standing pose with the same noise on the joint targets. They take turns every few steps, and of each
+    turn the best of `rounds` counts: other load on the machine then hurts none more.
 
     Args:
         tasks: repeated in turn over the environments.
@@ -36,7 +45,8 @@ def benchmark_simulation(
         rounds: repetitions.
 
     Returns:
-        `world_steps_per_s`, `bare_steps_per_s`, their ratio `share_of_bare`, and the settings.
+        `world_steps_per_s`, `bare_steps_per_s`, their ratio `share_of_bare`; `lone_steps_per_s` on the plane and
+        `scene_share_of_lone`, what the bare scenes reach of it; and the settings.
 
     Raises:
         ValueError: a number is below 1.
@@ -47,14 +57,16 @@ def benchmark_simulation(
     chosen = [tasks[i % len(tasks)] for i in range(num_envs)]
     world = RearrangeWorld(chosen, num_threads=num_threads)
     bare = BareBatches(world, num_threads)
+    lone = LoneHumanoids(num_envs, num_threads)
     standing = torch.tensor(np.stack([s.initial_qpos[7:ROBOT_NQ] for s in world.scenes]), dtype=torch.float32)
     noise = 0.05 * torch.randn(num_steps, num_envs, 28, generator=torch.Generator().manual_seed(0))
     targets = standing + noise
     blocks = range(0, num_steps, _BLOCK_STEPS)
-    seconds = np.empty((2, rounds, len(blocks)))
+    seconds = np.empty((3, rounds, len(blocks)))
     for r in tqdm(range(rounds), desc="simulation"):
         world.reset(seeds=range(num_envs))
         bare.reset()
+        lone.reset()
         for b, first in enumerate(blocks):
             block = targets[first : first + _BLOCK_STEPS]
             block_numpy = block.double().numpy()
@@ -65,13 +77,18 @@ def benchmark_simulation(
             between = time.perf_counter()
             for target in block_numpy:
                 bare.step(target)
-            seconds[:, r, b] = between - start, time.perf_counter() - between
-    world_s, bare_s = seconds.min(axis=1).sum(axis=1)
+            after = time.perf_counter()
+            for target in block_numpy:
+                lone.step(target)
+            seconds[:, r, b] = between - start, after - between, time.perf_counter() - after
+    world_s, bare_s, lone_s = seconds.min(axis=1).sum(axis=1)
     steps = num_envs * num_steps
     return {
         "world_steps_per_s": steps / world_s,
         "bare_steps_per_s": steps / bare_s,
         "share_of_bare": bare_s / world_s,
+        "lone_steps_per_s": steps / lone_s,
+        "scene_share_of_lone": lone_s / bare_s,
         "num_envs": num_envs,
         "num_steps": num_steps,
         "num_threads": num_threads or (os.cpu_count() or 1),
@@ -109,6 +126,32 @@ def benchmark_rendering(tasks: Sequence[Task], *, size_px: int = 128, num_frames
             bare.render()
         plain = num_frames / (time.perf_counter() - start)
     return {"frames_per_s": ours, "bare_frames_per_s": plain, "size_px": size_px}
+
+
+class LoneHumanoids:
+    """Humanoids on a plane, in bare `mujoco.batch`."""
+
+    def __init__(self, num_envs: int, num_threads: int) -> None:
+        spec = mujoco.MjSpec()
+        add_humanoid(spec)
+        floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[20, 20, 1])
+        floor.contype, floor.conaffinity = ENVIRONMENT_CONTYPE, ALL_CONAFFINITY
+        configure_physics(spec)
+        model = spec.compile()
+        self._substeps = round(1 / (CONTROL_HZ * model.opt.timestep))
+        self._batch = mujoco.batch.Batch(model, num_envs, nthread=num_threads)
+        self._control = self._batch.bind("ctrl")
+
+    def reset(self) -> None:
+        """Lets everybody stand."""
+        self._batch.reset()
+        self._batch.bind("qpos")[:] = standing_qpos((0.0, 0.0), 0.0)
+        self._batch.forward()
+
+    def step(self, targets: np.ndarray) -> None:
+        """One control step with servo targets (N, 28), float64, radians."""
+        self._control[:] = targets
+        self._batch.step(nstep=self._substeps)
 
 
 class BareBatches:

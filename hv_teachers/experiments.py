@@ -13,7 +13,7 @@ from hv_sim.instructor import InstructorConfig
 from hv_sim.suites import SUITE_SIZES, SUITES, load_suite
 from hv_teachers.episodes import EpisodeOutcome
 from hv_teachers.evaluation import METRICS_FILE, EvaluationConfig, evaluate, read_outcomes
-from hv_teachers.results import EXPERIMENT_FILE, find_results, leaderboard, read_result
+from hv_teachers.results import EXPERIMENT_FILE, find_results, leaderboard, read_result, with_results
 from hv_teachers.teacher import TEACHER_FILES
 from hv_teachers.teacher_config import CONFIG_FOLDER, read_yaml
 from hv_teachers.teacher_recipe import read_recipe, train_recipe
@@ -42,6 +42,10 @@ class Places:
     @property
     def leaderboard(self) -> Path:
         return self.root / "RESULTS.md"
+
+    @property
+    def readme(self) -> Path:
+        return self.root / "README.md"
 
 
 @dataclass(frozen=True)
@@ -151,7 +155,10 @@ def run_experiment(
         target = places.result(experiment.name, suite)
         _write(target, json.dumps(metrics, indent=1) + "\n")
         written.append(target)
-    _write(places.leaderboard, leaderboard(find_results([places.root / "results"])))
+    results = find_results([places.root / "results"])
+    _write(places.leaderboard, leaderboard(results))
+    if places.readme.is_file():
+        _write(places.readme, with_results(places.readme.read_text(encoding="utf-8"), results))
     return [*written, places.leaderboard]
 
 

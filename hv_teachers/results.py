@@ -13,6 +13,7 @@ from hv_teachers.evaluation import METRICS_FILE, EvaluationError
 from hv_teachers.published_results import PUBLISHED_TABLES
 
 EXPERIMENT_FILE = "experiment.json"
+README_MARKS = ("<!-- results: written by hv-experiment -->", "<!-- end of results -->")
 _NEEDED = ("at_0.4", "at_0.2", "fall_rate", "n_episodes", "plan")
 
 
@@ -70,8 +71,8 @@ def leaderboard(results: Sequence[Result]) -> str:
     lines = [
         "# Results",
         "",
-        "Written by `hv-experiment` from the files in `results/`; not to be edited. Success: the object ends within 0.4",
-        "(0.2) m of its goal, judged at the end of the episode, nobody assists. In brackets: 95 % interval (Wilson).",
+        "Written by `hv-experiment` from the files in `results/`; not to be edited. Success: the object ends within",
+        "0.4 m (0.2 m) of its goal, judged at the end of the episode, unassisted. In brackets: 95 % interval (Wilson).",
     ]
     for suite in dict.fromkeys(r.suite for r in results):
         chosen = [r for r in results if r.suite == suite]
@@ -100,6 +101,30 @@ def leaderboard(results: Sequence[Result]) -> str:
                         f" | {_percent(row.success_all)} | | {miss} | | |"
                     )
     return "\n".join(lines) + "\n"
+
+
+def readme_table(results: Sequence[Result]) -> str:
+    """A small table for the README: success of whole episodes at 0.4 m, systems down, suites across."""
+    suites = [s for s in SUITES if any(r.suite == s for r in results)]
+    shares = {(r.system, r.suite): r.metrics["at_0.4"]["success_all"] for r in results}
+    systems = sorted({r.system for r in results}, key=lambda name: -max(v for (n, _), v in shares.items() if n == name))
+    lines = [f"| success, all objects at 0.4 m | {' | '.join(suites)} |", "|---" * (len(suites) + 1) + "|"]
+    for system in systems:
+        lines.append(f"| {system} | {' | '.join(_percent(shares.get((system, s))) for s in suites)} |")
+    for system in ("HumanoidVerse-T", "HumanoidVerse-S"):
+        rows = {t.suite: row for t in PUBLISHED_TABLES if t.number in (1, 3) for row in t.rows if row.system == system}
+        cells = [_percent(rows[s].success_all) if s in rows else "" for s in suites]
+        lines.append(f"| *{system}, published, on their tasks* | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def with_results(readme: str, results: Sequence[Result]) -> str:
+    """A README's text with the table between its two marks (`README_MARKS`) made anew; unchanged if it has none."""
+    begin, end = README_MARKS
+    if begin not in readme or end not in readme:
+        return readme
+    before, rest = readme.split(begin, 1)
+    return f"{before}{begin}\n{readme_table(results)}\n{end}{rest.split(end, 1)[1]}"
 
 
 def _num_subtasks(metrics: dict[str, Any]) -> int:

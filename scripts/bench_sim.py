@@ -35,6 +35,8 @@ def main(argv: list[str] | None = None) -> int:
         f"{figures['world_steps_per_s']:,.0f} control steps/s with observations "
         f"({figures['share_of_bare']:.0%} of bare mujoco.batch, {figures['bare_steps_per_s']:,.0f}), "
         f"{args.num_envs} environments, {figures['num_threads']} threads\n"
+        f"{figures['scene_share_of_lone']:.0%} is what bare scenes reach of the humanoid alone on a plane "
+        f"({figures['lone_steps_per_s']:,.0f})\n"
         f"{figures['rendering_frames_per_s']:,.0f} frames/s of the head camera at {args.size_px} px "
         f"(bare mujoco.Renderer: {figures['rendering_bare_frames_per_s']:,.0f})"
     )

@@ -267,16 +267,17 @@ h1 { margin: 28px 0 4px; } h2 { margin: 36px 0 8px; border-bottom: 1px solid var
 table { border-collapse: collapse; width: 100%; } td, th { padding: 4px 10px 4px 0; text-align: left; }
 tr { border-bottom: 1px solid var(--line); } .wide { overflow-x: auto; }
 .paper td { color: var(--faint); } .ours td:first-child { padding-left: 14px; } .faint, small { color: var(--faint); }
-.bar { position: relative; display: inline-block; width: 160px; height: 18px; background: #8882; border-radius: 3px; }
+.bar { position: relative; display: inline-block; width: 140px; height: 18px; background: #8882; border-radius: 3px; }
 .bar b { position: absolute; inset: 0 auto 0 0; background: var(--ours); border-radius: 3px; opacity: .55; }
 .bar i { position: absolute; top: 8px; height: 2px; background: currentColor; opacity: .6; }
-.bar em { position: absolute; right: 5px; font-style: normal; font-size: 12px; line-height: 18px; }
+.bar { margin-right: 54px; } .bar em { position: absolute; left: calc(100% + 6px); white-space: nowrap; }
+.bar em { font-style: normal; font-size: 12px; line-height: 18px; }
 .panels { display: grid; grid-template-columns: repeat(auto-fill, minmax(300px, 1fr)); gap: 8px 28px; }
 .lines { max-height: 260px; overflow-y: auto; }
 .line { display: flex; justify-content: space-between; gap: 8px; margin: 2px 0; }
 figure { margin: 10px 0; } img, video { max-width: 100%; } .failure { margin: 4px 0; } summary { cursor: pointer; }
 </style></head><body><h1>hv report</h1>
-<p class="faint">Success: the object ends within 0.4 m of its goal, judged at the end of the episode. Whiskers: 95 %.</p>
+<p class="faint">Success: the object ends within 0.4 m of its goal, judged at the end. Whiskers: 95 %.</p>
 @CONTENT
 </body></html>
 """

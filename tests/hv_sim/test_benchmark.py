@@ -35,6 +35,8 @@ def test_figures_of_a_small_run():
     figures = benchmark_simulation([load_task("living_room_1")], num_envs=2, num_steps=4, num_threads=1, rounds=1)
     assert figures["world_steps_per_s"] > 0
     assert figures["share_of_bare"] == pytest.approx(figures["world_steps_per_s"] / figures["bare_steps_per_s"])
+    assert figures["scene_share_of_lone"] == pytest.approx(figures["bare_steps_per_s"] / figures["lone_steps_per_s"])
+    assert 0 < figures["scene_share_of_lone"] < 2
     pictures = benchmark_rendering([load_task("living_room_1")], size_px=16, num_frames=2)
     assert pictures["frames_per_s"] > 0
     assert pictures["bare_frames_per_s"] > 0

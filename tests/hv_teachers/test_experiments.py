@@ -1,0 +1,71 @@
+"""Experiments: what they say in advance, what they reuse, and every row of the paper's tables that has one."""
+
+import json
+
+import pytest
+
+from hv_teachers.experiments import Places, known_experiments, plan_of, read_experiment, run_experiment
+from hv_teachers.published_results import PUBLISHED_TABLES
+from hv_teachers.teacher_recipe import read_recipe
+
+
+def test_every_teacher_of_the_papers_tables_has_an_experiment():
+    known = known_experiments()
+    rows = {row.experiment for table in PUBLISHED_TABLES for row in table.rows}
+    assert {name for name in rows if "student" not in name} <= set(known)
+    for name in known:
+        experiment = read_experiment(name)
+        if experiment.train:
+            recipe = read_recipe(experiment.train)
+            assert set(experiment.reuse) <= set(recipe.stages)
+            assert set(experiment.reuse.values()) <= set(known)
+
+
+def test_says_what_is_to_be_done_and_how_long_it_takes(tmp_path):
+    places = Places(tmp_path)
+    said = plan_of(read_experiment("planner"), places)
+    assert said.startswith("planner: 1050 episodes of seen, 198 episodes of unseen")
+    said = plan_of(read_experiment("wo_stage2"), places)
+    assert said.startswith("wo_stage2: train 30 M control steps, 1050 episodes of seen; about ")
+    assert said.endswith(" h")
+
+
+def test_runs_and_is_reused(tmp_path, monkeypatch):
+    """A suite of two tasks, cut off after a moment; what is asked twice is played once."""
+    from hv_sim.suites import load_suite
+    from hv_teachers import evaluation, experiments
+
+    monkeypatch.setattr(experiments, "load_suite", lambda name: load_suite(name)[:2])
+    monkeypatch.setitem(experiments.SUITE_SIZES, "unseen", 2)
+    real = evaluation.EvaluationConfig
+    monkeypatch.setattr(experiments, "EvaluationConfig", lambda p, s, r, seed, _, i: real(p, s, r, seed, 30, i))
+    places, experiment = Places(tmp_path), read_experiment("planner").narrowed(["unseen"], 1)
+    written = run_experiment(experiment, places, workers=1)
+    assert [p.name for p in written] == ["metrics.json", "RESULTS.md"]
+    metrics = json.loads(written[0].read_text())
+    assert (metrics["experiment"], metrics["n_episodes"]) == ("planner", 2)
+    assert "| planner |" in places.leaderboard.read_text()
+    assert plan_of(experiment, places) == "planner: done"
+    before = (places.evaluation("planner", "unseen") / "timing.json").read_bytes()
+    run_experiment(experiment, places, workers=1)
+    assert (places.evaluation("planner", "unseen") / "timing.json").read_bytes() == before, "nothing was played again"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("policy: planner\ntrain: wo_speed\nsuites: {seen: 1}", "policy, train"),
+        ("policy: planner\nsuites: {other: 1}", "suites"),
+        ("policy: planner\nsuites: {seen: 0}", "repeats"),
+        ("policy: planner\nsuites: {seen: 1}\ncolour: red", "colour: unknown"),
+    ],
+)
+def test_bad_files_are_refused(tmp_path, text, message):
+    path = tmp_path / "mine.yaml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        read_experiment(str(path))
+    with pytest.raises(ValueError, match=r"valid: .*planner"):
+        read_experiment("nonsense")
+    with pytest.raises(ValueError, match="--suites: 'chain9'"):
+        read_experiment("planner").narrowed(["chain9"], None)

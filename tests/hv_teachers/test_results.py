@@ -1,0 +1,80 @@
+"""Gathered results: names, order, the leaderboard's figures against the files', damaged files."""
+
+import json
+
+import pytest
+
+from hv_teachers.evaluation import EvaluationError
+from hv_teachers.published_results import PUBLISHED_TABLES
+from hv_teachers.results import README_MARKS, find_results, leaderboard, read_result, with_results
+
+
+def metrics(success=0.5, suite="seen", policy="planner", count=2):
+    each = {f"success_{i + 1}": success for i in range(count)}
+    return {
+        "at_0.4": {**each, "success_all": success},
+        "at_0.2": {**each, "success_all": success / 2},
+        "interval_0.4": {"success_all": [0.4, 0.6]},
+        "fall_rate": 0.1,
+        "n_episodes": 12,
+        **{f"dist_{i + 1}": 0.25 for i in range(count)},
+        "plan": {"policy": policy, "suite": suite},
+    }
+
+
+def write(folder, data, name=None):
+    folder.mkdir(parents=True)
+    (folder / "metrics.json").write_text(json.dumps(data))
+    if name:
+        (folder / "experiment.json").write_text(json.dumps({"name": name}))
+
+
+def test_results_are_found_named_and_ordered(tmp_path):
+    write(tmp_path / "a", metrics(0.2, policy="outputs/train/mine"))
+    write(tmp_path / "b" / "seen", metrics(0.7, policy="x"), "wo_stage2")
+    write(tmp_path / "c", {**metrics(0.9, "unseen"), "experiment": "teacher"})
+    write(tmp_path / "d", metrics(0.4, "chain3", count=3))
+    found = find_results([tmp_path])
+    assert [(r.system, r.suite) for r in found] == [
+        ("wo_stage2", "seen"), ("mine", "seen"), ("teacher", "unseen"), ("planner", "chain3"),
+    ]  # fmt: skip
+    text = leaderboard(found)
+    assert "| wo_stage2 | 70.0 % | 70.0 % | **70.0 %** [40.0, 60.0] | 35.0 % | 0.25 / 0.25 | 10.0 % | 12 |" in text
+    assert text.index("## seen") < text.index("## unseen") < text.index("## chain3")
+    assert "| object 1 | object 2 | object 3 |" in text
+    # Table 1 of the paper: 72.381 % of both objects, for the teachers, on the 350 tasks
+    assert "*HumanoidVerse-T, published (Table 1)* | 88.8 % | 72.9 % | 72.4 %" in text
+
+
+def test_the_papers_shares_are_whole_numbers_of_episodes():
+    for table in PUBLISHED_TABLES:
+        episodes = {"seen": 1050, "unseen": 198}[table.suite]
+        for row in table.rows:
+            for share in (row.success_1, row.success_2, row.success_all):
+                count = share * episodes
+                assert abs(count - round(count)) < 0.02 * episodes / 100, f"{row.system}: {share}"
+
+
+def test_damaged_files_are_named(tmp_path):
+    with pytest.raises(EvaluationError, match="no such folder"):
+        find_results([tmp_path / "none"])
+    write(tmp_path / "a", {"at_0.4": {}})
+    with pytest.raises(EvaluationError, match=r"metrics.json: at_0.2 is missing"):
+        find_results([tmp_path])
+    (tmp_path / "a" / "metrics.json").write_text("{")
+    with pytest.raises(EvaluationError, match="not a readable"):
+        read_result(tmp_path / "a" / "metrics.json")
+
+
+def test_the_readmes_table_is_written_between_its_marks(tmp_path):
+    write(tmp_path / "a", metrics(0.25))
+    write(tmp_path / "b", metrics(0.5, "unseen"))
+    begin, end = README_MARKS
+    once = with_results(f"before\n{begin}\nold\n{end}\nafter", find_results([tmp_path]))
+    assert once.startswith(f"before\n{begin}\n| success")
+    assert once.endswith(f"|\n{end}\nafter")
+    assert "| planner | 25.0 % | 50.0 % |" in once
+    assert "| *HumanoidVerse-T, published, on their tasks* | 72.4 % | 64.6 % |" in once
+    assert "old" not in once
+    assert with_results(once, find_results([tmp_path])) == once
+    assert with_results("no marks", []) == "no marks"
