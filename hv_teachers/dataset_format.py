@@ -60,13 +60,16 @@ def digest(image: np.ndarray, vectors: dict[str, np.ndarray], instruction: str) 
     return FrameDigest(zlib.crc32(np.ascontiguousarray(image).tobytes()), checksum, instruction)
 
 
-def verify_dataset(root: Path, repo_id: str, episodes: Mapping[int, Sequence[FrameDigest]]) -> None:
+def verify_dataset(
+    root: Path, repo_id: str, episodes: Mapping[int, Sequence[FrameDigest]], *, progress: bool = True
+) -> None:
     """Opens the dataset at `root` as a user would and compares every frame of `episodes` with what was recorded.
 
     Args:
         root: the finalised dataset's folder.
         repo_id: its name.
         episodes: episode index -> digests of its frames, in order.
+        progress: show a bar.
 
     Raises:
         RecordingError: an episode has another length, or a frame another picture, vector or instruction.
@@ -76,7 +79,8 @@ def verify_dataset(root: Path, repo_id: str, episodes: Mapping[int, Sequence[Fra
     dataset = LeRobotDataset(repo_id, root=root, video_backend="pyav")
     starts = dataset.meta.episodes["dataset_from_index"]
     ends = dataset.meta.episodes["dataset_to_index"]
-    with tqdm(total=sum(map(len, episodes.values())), desc="Checking", unit="frame") as progress:
+    frames = sum(map(len, episodes.values()))
+    with tqdm(total=frames, desc="Checking", unit="frame", disable=not progress) as bar:
         for index, digests in episodes.items():
             if ends[index] - starts[index] != len(digests):
                 found = ends[index] - starts[index]
@@ -87,4 +91,4 @@ def verify_dataset(root: Path, repo_id: str, episodes: Mapping[int, Sequence[Fra
                 vectors = {name: np.atleast_1d(item[name].numpy()) for name in VECTOR_COLUMNS}
                 if digest(image, vectors, item["task"]) != recorded:
                     raise RecordingError(f"dataset {root}: episode {index}, frame {frame} is not what was recorded")
-                progress.update()
+                bar.update()

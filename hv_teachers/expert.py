@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
 import torch
 from torch import Tensor
 
@@ -10,6 +14,7 @@ from hv_sim.observations import Heading, proprioception
 from hv_sim.world import RearrangeWorld
 from hv_teachers.planner import Phase, PlannerConfig, ScriptedPlanner
 from hv_teachers.routes import RouteViews, replan_routes
+from hv_teachers.teacher import TEACHER_FILES, Teacher, load_shipped_teacher
 
 
 class PlannerExpert:
@@ -51,3 +56,41 @@ class PlannerExpert:
         heading = Heading.of(world.state)
         intent = self.planner(self.routes.view(world, heading))
         return intent, self.prior(proprioception(world.state, heading), intent)
+
+
+class TeacherExpert:
+    """The teachers as a recorder's expert: `intent, joint_targets = expert(world)`.
+
+    Args:
+        num_envs: environments of the worlds it will be shown.
+        folder: of the teachers (`hv_teachers.teacher.Teacher.save`); None for those of the package.
+
+    Raises:
+        ValueError: there are none.
+    """
+
+    def __init__(self, num_envs: int, folder: str | None = None) -> None:
+        self.teacher = load_shipped_teacher() if folder is None else Teacher.load(Path(folder))
+
+    def reset(self, ids: Tensor | None = None) -> None:
+        """Forgets environments `ids` (default: all)."""
+        self.teacher.reset(ids)
+
+    def __call__(self, world: RearrangeWorld) -> tuple[Tensor, Tensor]:
+        """Intents (N, 14) and servo targets (N, 28) in rad for the world's present state."""
+        return self.teacher.decide(world)
+
+
+def expert_maker(policy: str) -> Callable[[int], PlannerExpert | TeacherExpert]:
+    """What builds an expert for a number of environments: `planner`, `teacher`, or a folder of teachers.
+
+    Raises:
+        ValueError: it is none of these, or its weights cannot be read.
+    """
+    if policy == "planner":
+        return PlannerExpert
+    if policy != "teacher" and not (Path(policy) / TEACHER_FILES[0]).is_file():
+        raise ValueError(f"policy: {policy!r} is not known; valid: planner, teacher, a folder of teachers")
+    make = partial(TeacherExpert, folder=None if policy == "teacher" else policy)
+    make(1)  # so that what is wrong is said before anything is begun
+    return make

@@ -104,6 +104,14 @@ class RecordingReport:
         return sum(attempt.episode_index is not None for attempt in self.attempts)
 
 
+class NothingRecordedError(RecordingError):
+    """Every attempt failed and was dropped; `report` tells which."""
+
+    def __init__(self, root: Path, report: RecordingReport) -> None:
+        super().__init__(f"dataset {root}: all {len(report.attempts)} attempts failed and were dropped")
+        self.report = report
+
+
 def attempt_seed(seed: int, task_name: str, repeat: int) -> int:
     """The environment's seed of one attempt."""
     return int(np.random.SeedSequence([seed, zlib.crc32(task_name.encode()), repeat]).generate_state(1)[0])
@@ -115,9 +123,10 @@ def record_dataset(
     make_expert: Callable[[int], Expert],
     config: RecordingConfig = RecordingConfig(),
     *,
-    repeats: int = 1,
+    repeats: int | Sequence[int] = 1,
     num_envs: int = 2,
     resume: bool = False,
+    progress: bool = True,
 ) -> RecordingReport:
     """Lets an expert attempt every task `repeats` times and stores the attempts as a LeRobot dataset.
 
@@ -126,10 +135,11 @@ def record_dataset(
         tasks: their names must differ.
         make_expert: builds an expert for a number of environments.
         config: see `RecordingConfig`.
-        repeats: attempts of each task, 0, 1, ...
+        repeats: how many attempts of each task, or their numbers.
         num_envs: attempts simulated at a time; does not change the result.
         resume: add the attempts that an existing dataset at `root` does not hold yet. Without it an existing folder
             is left alone.
+        progress: show bars.
 
     Returns:
         The report, which is also stored in the dataset as `meta/hv_recording.json`.
@@ -144,9 +154,10 @@ def record_dataset(
         raise RecordingError(f"tasks: {next(n for n in names if names.count(n) > 1)!r} is the name of more than one")
     if root.exists() and not resume:
         raise RecordingError(f"dataset {root}: exists already; choose another folder, or add to it with --resume")
-    earlier = _read_report(root, config) if root.exists() else []
+    earlier = read_attempts(root / REPORT_FILE, config) if root.exists() else []
     done = {(attempt.task, attempt.repeat) for attempt in earlier}
-    wanted = [(task, repeat) for repeat in range(repeats) for task in tasks if (task.name, repeat) not in done]
+    numbers = range(repeats) if isinstance(repeats, int) else repeats
+    wanted = [(task, repeat) for repeat in numbers for task in tasks if (task.name, repeat) not in done]
     report = RecordingReport(attempts=list(earlier))
     if not wanted:
         return report
@@ -157,10 +168,10 @@ def record_dataset(
         written = workplace / root.name
         if earlier:
             shutil.copytree(root, written)
-        _record_attempts(written, root.name, wanted, make_expert, config, num_envs, report)
+        _record_attempts(written, root.name, wanted, make_expert, config, num_envs, report, progress)
         if report.num_episodes == 0:
-            raise RecordingError(f"dataset {root}: all {len(report.attempts)} attempts failed and were dropped")
-        (written / REPORT_FILE).write_text(_report_as_json(config, report))
+            raise NothingRecordedError(root, report)
+        (written / REPORT_FILE).write_text(report_as_json(config, report))
         if root.exists():
             root.rename(workplace / "before")
         written.rename(root)
@@ -180,6 +191,7 @@ def _record_attempts(
     config: RecordingConfig,
     num_envs: int,
     report: RecordingReport,
+    show: bool,
 ) -> None:
     """Rolls, writes, finalises and checks; extends `report`."""
     disable_progress_bar()
@@ -198,7 +210,7 @@ def _record_attempts(
         )
     digests: dict[int, list[FrameDigest]] = {}
     try:
-        with tqdm(total=len(wanted), desc="Recording", unit="episode") as progress:
+        with tqdm(total=len(wanted), desc="Recording", unit="episode", disable=not show) as progress:
             for group in _groups(wanted, config, num_envs):
                 started = time.perf_counter()
                 rolled = roll_attempts(group, make_expert, config)
@@ -218,7 +230,7 @@ def _record_attempts(
         if dataset.writer is not None and dataset.writer.image_writer is not None:
             dataset.writer.image_writer.stop()
     started = time.perf_counter()
-    verify_dataset(written, name, digests)
+    verify_dataset(written, name, digests, progress=show)
     report.checking_s = time.perf_counter() - started
 
 
@@ -302,19 +314,21 @@ def _write_episode(dataset: LeRobotDataset, frames: Sequence[dict[str, Any]]) ->
     return digests
 
 
-def _report_as_json(config: RecordingConfig, report: RecordingReport) -> str:
+def report_as_json(config: RecordingConfig, report: RecordingReport) -> str:
+    """What `meta/hv_recording.json` holds."""
     content = {"config": asdict(config), "attempts": [asdict(attempt) for attempt in report.attempts]}
     return json.dumps(content, indent=1) + "\n"
 
 
-def _read_report(root: Path, config: RecordingConfig) -> list[Attempt]:
-    """Attempts that the dataset at `root` holds already.
+def read_attempts(file: Path, config: RecordingConfig) -> list[Attempt]:
+    """Attempts that a report tells of, `REPORT_FILE` of a dataset.
 
     Raises:
-        RecordingError: it is not a dataset of ours, or was recorded with another configuration.
+        RecordingError: it is not a report of ours, or of a recording with another configuration.
     """
+    root = file.parents[1] if file.name == Path(REPORT_FILE).name else file
     try:
-        content = json.loads((root / REPORT_FILE).read_text())
+        content = json.loads(file.read_text())
         before, attempts = content["config"], [Attempt(**attempt) for attempt in content["attempts"]]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RecordingError(f"dataset {root}: cannot be resumed, {REPORT_FILE} is missing or damaged") from error

@@ -3,13 +3,15 @@
     hv-record --root outputs/datasets/living_room --tasks living_room --repeats 3
 
 Tasks are names of packaged ones, prefixes of such names, or task files. A folder that exists is left alone unless
---resume is given, which adds the attempts that it does not hold yet.
+--resume is given, which adds the attempts that it does not hold yet. A recording that was interrupted, even by
+kill -9, goes on where it was when the same command is given again.
 """
 
 import argparse
 import os
 import signal
 import sys
+import time
 from pathlib import Path
 
 
@@ -21,8 +23,9 @@ def main(arguments: list[str] | None = None) -> int:
     from hv_sim.gl_backend import GLError
     from hv_sim.task import TaskError, resolve_tasks
     from hv_teachers.dataset_format import RecordingError
-    from hv_teachers.expert import PlannerExpert
-    from hv_teachers.recording import RecordingConfig, record_dataset
+    from hv_teachers.expert import expert_maker
+    from hv_teachers.recording import RecordingConfig
+    from hv_teachers.sharded_recording import record_shards
 
     config = RecordingConfig(
         seed=options.seed,
@@ -31,25 +34,27 @@ def main(arguments: list[str] | None = None) -> int:
         drop_failed=options.drop_failed,
     )
     try:
+        started = time.perf_counter()
         tasks = [task for name in options.tasks for task in resolve_tasks(name)]
-        report = record_dataset(
+        report = record_shards(
             options.root,
             tasks,
-            PlannerExpert,
+            expert_maker(options.policy),
             config,
             repeats=options.repeats,
             num_envs=options.num_envs,
+            workers=options.workers,
             resume=options.resume,
         )
-    except (RecordingError, TaskError, GLError) as error:
+    except (RecordingError, TaskError, GLError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("error: interrupted; nothing was written", file=sys.stderr)
+        print("error: interrupted; the same command goes on with it", file=sys.stderr)
         return 130
     dropped = len(report.attempts) - report.num_episodes
-    seconds = report.rollout_s + report.writing_s
-    rate = f", {report.frames_recorded / seconds:.0f} frames/s" if seconds else ""
+    speed = report.frames_recorded / (time.perf_counter() - started)
+    rate = f", {speed:.0f} frames/s" if speed else ""
     print(
         f"{options.root}: {report.num_episodes} episodes of {len(report.attempts)} attempts"
         f" ({report.num_failed} failed, {dropped} dropped{rate})"
@@ -69,7 +74,9 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--image-size", type=_positive, default=128, help="side of the pictures in pixels")
     parser.add_argument("--max-episode-steps", type=_positive, help="control steps (30 a second) of an attempt")
-    parser.add_argument("--num-envs", type=_positive, default=2, help="attempts simulated at a time")
+    parser.add_argument("--policy", default="planner", help="planner, teacher, or a folder of teachers")
+    parser.add_argument("--num-envs", type=_positive, default=4, help="attempts that a process simulates side by side")
+    parser.add_argument("--workers", type=_positive, default=0, help="processes (default: one a core)")
     parser.add_argument("--drop-failed", action="store_true", help="leave out attempts that fail")
     parser.add_argument("--resume", action="store_true", help="add to a dataset that exists")
     return parser.parse_args(arguments)

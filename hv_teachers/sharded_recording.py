@@ -1,0 +1,237 @@
+"""Recording in many processes: finished shards, each a LeRobot dataset, joined by LeRobot's own tool.
+
+A shard holds the attempts that one process simulates side by side. It is written beside its place, checked and moved
+there whole (`hv_teachers.recording`), so a kill at any moment costs the attempts in flight and nothing else; given the
+same command again, the recording goes on with what is missing. What an attempt holds follows from (seed, task, repeat)
+alone, and the shards are joined in the order of the attempts: the dataset is the same whatever the number of processes.
+"""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from datasets.utils.logging import disable_progress_bar
+from lerobot.datasets.aggregate import aggregate_datasets
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from tqdm import tqdm
+
+from hv_sim.task import Task
+from hv_teachers.dataset_format import HEAD_IMAGE, VECTOR_COLUMNS, RecordingError
+from hv_teachers.recording import (
+    REPORT_FILE,
+    Attempt,
+    Expert,
+    NothingRecordedError,
+    RecordingConfig,
+    RecordingReport,
+    read_attempts,
+    record_dataset,
+    report_as_json,
+)
+
+PLAN_FILE, DROPPED_SUFFIX = "plan.json", ".dropped.json"
+
+
+@dataclass(frozen=True)
+class _Shard:
+    """Neighbouring tasks' attempts number `repeat`, to be recorded by one process."""
+
+    folder: Path
+    tasks: tuple[Task, ...]
+    repeat: int
+    config: RecordingConfig
+    make_expert: Callable[[int], Expert]
+
+
+def record_shards(
+    root: str | Path,
+    tasks: Sequence[Task],
+    make_expert: Callable[[int], Expert],
+    config: RecordingConfig,
+    *,
+    repeats: int = 1,
+    num_envs: int = 4,
+    workers: int = 0,
+    resume: bool = False,
+) -> RecordingReport:
+    """As `hv_teachers.recording.record_dataset`, in `workers` processes, and to be gone on with after a kill.
+
+    Args:
+        root: folder of the dataset; shards are kept beside it until they are joined.
+        tasks: their names must differ.
+        make_expert: builds an expert for a number of environments; a module's function or class, or a partial of one.
+        config: see `RecordingConfig`.
+        repeats: attempts of each task, 0, 1, ...
+        num_envs: attempts that a process simulates side by side: what a kill costs.
+        workers: processes, 0 for one per core.
+        resume: add to a dataset that exists at `root`. Shards that an interrupted recording left are always used.
+
+    Raises:
+        RecordingError: as `record_dataset` does; or the shards there are of another recording.
+    """
+    root = Path(root)
+    names = [task.name for task in tasks]
+    if len(set(names)) != len(names):
+        raise RecordingError(f"tasks: {next(n for n in names if names.count(n) > 1)!r} is the name of more than one")
+    if root.exists() and not resume:
+        raise RecordingError(f"dataset {root}: exists already; choose another folder, or add to it with --resume")
+    earlier = read_attempts(root / REPORT_FILE, config) if root.exists() else []
+    folder = root.with_name(f".{root.name}.shards")
+    _begin(folder, config)
+    done = {(a.task, a.repeat) for a in [*earlier, *(a for _, found in _finished(folder, config) for a in found)]}
+    shards = []
+    for repeat in range(repeats):
+        for first, count in _runs([(name, repeat) not in done for name in names], num_envs):
+            place = folder / f"shard_{repeat:03d}_{first:05d}"
+            shards.append(_Shard(place, tuple(tasks[first : first + count]), repeat, config, make_expert))
+    report = RecordingReport()
+    with tqdm(total=sum(len(s.tasks) for s in shards), desc="Recording", unit="episode", disable=not shards) as bar:
+        for count, part in _record_all(shards, workers or os.cpu_count() or 1):
+            report.frames_recorded += part.frames_recorded
+            report.rollout_s += part.rollout_s
+            report.writing_s += part.writing_s
+            report.checking_s += part.checking_s
+            bar.update(count)
+    _join(root, folder, config, earlier, report)
+    return report
+
+
+def _runs(missing: Sequence[bool], longest: int) -> Iterator[tuple[int, int]]:
+    """(first, count) of the stretches of missing attempts, at most `longest` each."""
+    first = 0
+    while first < len(missing):
+        if not missing[first]:
+            first += 1
+            continue
+        count = 1
+        while count < longest and first + count < len(missing) and missing[first + count]:
+            count += 1
+        yield first, count
+        first += count
+
+
+def _begin(folder: Path, config: RecordingConfig) -> None:
+    """Makes the shards' folder, or checks that the one there is of the same recording; removes unfinished shards."""
+    plan = folder / PLAN_FILE
+    if plan.exists():
+        before = json.loads(plan.read_text())
+        for name, value in asdict(config).items():
+            if before.get(name) != value:
+                raise RecordingError(f"{folder}: holds shards recorded with {name}={before.get(name)}, not {value}")
+    folder.mkdir(parents=True, exist_ok=True)
+    for left in folder.glob(".shard_*"):
+        shutil.rmtree(left, ignore_errors=True)
+    _write(plan, json.dumps(asdict(config)))
+
+
+def _finished(folder: Path, config: RecordingConfig) -> list[tuple[Path, list[Attempt]]]:
+    """Finished shards in the order of their attempts, and those attempts; a dropped shard's path is its report."""
+    found = []
+    for path in sorted(folder.glob("shard_*"), key=lambda p: p.name.removesuffix(DROPPED_SUFFIX)):
+        file = path if path.name.endswith(DROPPED_SUFFIX) else path / REPORT_FILE
+        found.append((path, read_attempts(file, config)))
+    return found
+
+
+def _record_all(shards: Sequence[_Shard], workers: int) -> Iterator[tuple[int, RecordingReport]]:
+    if min(workers, len(shards)) <= 1:
+        for shard in shards:
+            yield len(shard.tasks), _record(shard)
+        return
+    with multiprocessing.get_context("spawn").Pool(min(workers, len(shards)), initializer=_one_thread) as pool:
+        yield from pool.imap_unordered(_record_counted, shards)
+
+
+def _one_thread() -> None:
+    import torch
+
+    torch.set_num_threads(1)
+
+
+def _record_counted(shard: _Shard) -> tuple[int, RecordingReport]:
+    return len(shard.tasks), _record(shard)
+
+
+def _record(shard: _Shard) -> RecordingReport:
+    try:
+        return record_dataset(
+            shard.folder, shard.tasks, shard.make_expert, shard.config,
+            repeats=[shard.repeat], num_envs=len(shard.tasks), progress=False,
+        )  # fmt: skip
+    except NothingRecordedError as nothing:
+        _write(shard.folder.with_name(shard.folder.name + DROPPED_SUFFIX), report_as_json(shard.config, nothing.report))
+        return nothing.report
+
+
+def _join(
+    root: Path, folder: Path, config: RecordingConfig, earlier: list[Attempt], report: RecordingReport
+) -> None:
+    """Joins what is there and the finished shards to the dataset at `root`, checks it, and removes the shards."""
+    finished = _finished(folder, config)
+    if not finished:
+        report.attempts = earlier
+        shutil.rmtree(folder)
+        return
+    parts = [(root, earlier), *finished] if root.exists() else finished
+    sources = [path for path, _ in parts if path.is_dir()]
+    if not sources:
+        report.attempts = [a for _, attempts in parts for a in attempts]
+        shutil.rmtree(folder)
+        raise NothingRecordedError(root, report)
+    workplace = Path(tempfile.mkdtemp(prefix=f".{root.name}.partial-", dir=root.parent))
+    try:
+        disable_progress_bar()
+        written = workplace / root.name
+        aggregate_datasets([p.name for p in sources], root.name, roots=sources, aggr_root=written)
+        report.attempts, episodes = [], 0
+        for _, attempts in parts:
+            for attempt in attempts:
+                kept = attempt.episode_index is not None
+                report.attempts.append(replace(attempt, episode_index=episodes if kept else None))
+                episodes += kept
+        _compare(written, root.name, sources)
+        (written / REPORT_FILE).write_text(report_as_json(config, report))
+        if root.exists():
+            root.rename(workplace / "before")
+        written.rename(root)
+    finally:
+        before = workplace / "before"
+        if before.exists() and not root.exists():
+            before.rename(root)
+        shutil.rmtree(workplace, ignore_errors=True)
+    shutil.rmtree(folder)
+
+
+def _compare(written: Path, name: str, sources: Sequence[Path]) -> None:
+    """Raises RecordingError unless the joined dataset holds the shards' frames, bit for bit and in order."""
+    joined = LeRobotDataset(name, root=written, video_backend="pyav")
+    texts = list(joined.meta.tasks.index)
+    table = joined.hf_dataset.with_format("arrow")
+    offset = 0
+    for source in sources:
+        shard = LeRobotDataset(source.name, root=source, video_backend="pyav")
+        own, theirs = shard.hf_dataset.with_format("arrow")[:], table[offset : offset + shard.num_frames]
+        for column in (*VECTOR_COLUMNS, HEAD_IMAGE):
+            if not own[column].combine_chunks().equals(theirs[column].combine_chunks()):
+                raise RecordingError(f"dataset {written}: {column} of {source.name} is not what was recorded")
+        own_texts = list(shard.meta.tasks.index)
+        said = [own_texts[i] for i in np.ravel(own["task_index"].to_numpy())]
+        if said != [texts[i] for i in np.ravel(theirs["task_index"].to_numpy())]:
+            raise RecordingError(f"dataset {written}: instructions of {source.name} are not those recorded")
+        offset += shard.num_frames
+    if offset != joined.num_frames:
+        raise RecordingError(f"dataset {written}: has {joined.num_frames} frames instead of {offset}")
+
+
+def _write(path: Path, text: str) -> None:
+    draft = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    draft.write_text(text)
+    draft.replace(path)

@@ -1,0 +1,129 @@
+"""Shards: the same dataset whatever the processes, gone on with after kill -9, joined and compared."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import torch
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from stand_still import StandStill
+
+from hv_sim.task import resolve_tasks
+from hv_teachers.dataset_format import RecordingError
+from hv_teachers.recording import REPORT_FILE, RecordingConfig, read_attempts, record_dataset
+from hv_teachers.sharded_recording import _runs, record_shards
+
+CONFIG = RecordingConfig(seed=3, image_size_px=48, max_episode_steps=6)
+
+
+@pytest.fixture(scope="module")
+def tasks():
+    return resolve_tasks("living_room")[:3]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, tasks) -> Path:
+    """Two attempts of each task, recorded by one process in one go."""
+    root = tmp_path_factory.mktemp("whole") / "standing"
+    record_dataset(root, tasks, StandStill, CONFIG, repeats=2)
+    return root
+
+
+def rows(root: Path) -> list[dict]:
+    dataset = LeRobotDataset(root.name, root=root, video_backend="pyav")
+    return [dataset[i] for i in range(len(dataset))]
+
+
+def assert_same(one: Path, other: Path) -> None:
+    first, second = rows(one), rows(other)
+    assert len(first) == len(second)
+    for a, b in zip(first, second, strict=True):
+        for key, value in a.items():
+            if key != "task_index":
+                assert value == b[key] if isinstance(value, str) else torch.equal(value, b[key]), key
+    assert read_attempts(one / REPORT_FILE, CONFIG) == read_attempts(other / REPORT_FILE, CONFIG)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_the_dataset_is_the_same_whatever_the_processes(tmp_path, tasks, whole, workers):
+    report = record_shards(
+        tmp_path / "standing", tasks, StandStill, CONFIG, repeats=2, num_envs=2 if workers == 2 else 1, workers=workers
+    )
+    assert (report.num_episodes, report.frames_recorded) == (6, 36)
+    assert_same(tmp_path / "standing", whole)
+    assert [p.name for p in tmp_path.iterdir()] == ["standing"], "shards and drafts are gone"
+
+
+def test_finished_shards_are_used_and_unfinished_ones_recorded_again(tmp_path, tasks, whole):
+    root, folder = tmp_path / "standing", tmp_path / ".standing.shards"
+    record_dataset(folder / "shard_000_00001", tasks[1:2], StandStill, CONFIG, repeats=[0])
+    shutil.copytree(folder / "shard_000_00001", folder / ".shard_001_00000.partial-x" / "shard_001_00000")
+    report = record_shards(root, tasks, StandStill, CONFIG, repeats=2, num_envs=2, workers=1)
+    assert report.frames_recorded == 30, "one of six was there"
+    assert_same(root, whole)
+    assert not folder.exists()
+
+
+def test_killed_at_any_moment_it_goes_on(tmp_path, whole):
+    """The command itself, in its own processes, killed twice."""
+    root = tmp_path / "planner"
+    command = [
+        sys.executable, "-m", "hv_scripts.record", f"--root={root}", "--tasks", "living_room_1", "living_room_2",
+        "living_room_3", "--max-episode-steps=6", "--image-size=48", "--num-envs=1", "--workers=2", "--seed=3",
+    ]  # fmt: skip
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONHASHSEED": "0"}
+    for patience in (1, 2):
+        process = subprocess.Popen(command, env=environment, start_new_session=True, stderr=subprocess.DEVNULL)
+        deadline = time.time() + 90
+        shards = tmp_path / ".planner.shards"
+        while len(list(shards.glob("shard_*"))) < patience and process.poll() is None and time.time() < deadline:
+            time.sleep(0.01)
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    done = subprocess.run(command + (["--resume"] if root.exists() else []), env=environment, capture_output=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    other = tmp_path / "other"
+    from hv_teachers.expert import PlannerExpert
+
+    config = RecordingConfig(seed=3, image_size_px=48, max_episode_steps=6)
+    record_dataset(other, resolve_tasks("living_room")[:3], PlannerExpert, config)
+    assert_same(root, other)
+
+
+def test_failed_attempts_are_dropped_and_counted(tmp_path, tasks):
+    config = RecordingConfig(seed=3, image_size_px=48, max_episode_steps=6, drop_failed=True)
+    with pytest.raises(RecordingError, match="all 3 attempts failed and were dropped"):
+        record_shards(tmp_path / "none", tasks, StandStill, config, num_envs=2, workers=1)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_resume_adds_to_a_dataset(tmp_path, tasks, whole):
+    root = tmp_path / "standing"
+    record_shards(root, tasks, StandStill, CONFIG, workers=1)
+    with pytest.raises(RecordingError, match="exists already"):
+        record_shards(root, tasks, StandStill, CONFIG, repeats=2, workers=1)
+    report = record_shards(root, tasks, StandStill, CONFIG, repeats=2, workers=1, resume=True)
+    assert (report.num_episodes, report.frames_recorded) == (6, 18)
+    assert_same(root, whole)
+
+
+def test_shards_of_another_recording_are_refused(tmp_path, tasks):
+    folder = tmp_path / ".standing.shards"
+    folder.mkdir()
+    (folder / "plan.json").write_text('{"seed": 4}')
+    with pytest.raises(RecordingError, match="seed=4, not 3"):
+        record_shards(tmp_path / "standing", tasks, StandStill, CONFIG, workers=1)
+    with pytest.raises(RecordingError, match="is the name of more than one"):
+        record_shards(tmp_path / "standing", [tasks[0], tasks[0]], StandStill, CONFIG, workers=1)
+
+
+def test_runs_cover_what_is_missing_and_no_more():
+    missing = [True, True, True, False, True, False, False, True, True]
+    assert list(_runs(missing, 2)) == [(0, 2), (2, 1), (4, 1), (7, 2)]
+    assert list(_runs([False] * 4, 2)) == []
