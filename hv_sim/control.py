@@ -26,10 +26,10 @@ squeeze 0 to 1, gaze in rad (left and down are positive)."""
 NUM_INTENTS = len(INTENT_NAMES)
 
 _RANGES = {
-    "velocity_forward": (-0.6, 1.2), "velocity_left": (-0.5, 0.5), "yaw_rate": (-1.2, 1.2),
-    "pelvis_height": (0.38, 0.92), "torso_pitch": (-0.3, 1.6),
-    "left_hand_x": (-0.3, 0.9), "left_hand_y": (-0.5, 0.9), "left_hand_z": (0.0, 1.9),
-    "right_hand_x": (-0.3, 0.9), "right_hand_y": (-0.9, 0.5), "right_hand_z": (0.0, 1.9),
+    "velocity_forward": (-0.6, 1.2), "velocity_left": (-0.5, 0.5), "yaw_rate": (-1.5, 1.5),
+    "pelvis_height": (0.3, 0.92), "torso_pitch": (-0.3, 1.6),
+    "left_hand_x": (-0.3, 1.0), "left_hand_y": (-0.5, 0.9), "left_hand_z": (0.0, 1.9),
+    "right_hand_x": (-0.3, 1.0), "right_hand_y": (-0.9, 0.5), "right_hand_z": (0.0, 1.9),
     "squeeze": (0.0, 1.0),
     "gaze_yaw": (-0.8, 0.8), "gaze_pitch": (-0.7, 1.0),
 }  # fmt: skip

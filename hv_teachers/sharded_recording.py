@@ -93,14 +93,18 @@ def record_shards(
             place = folder / f"shard_{repeat:03d}_{first:05d}"
             shards.append(_Shard(place, tuple(tasks[first : first + count]), repeat, config, make_expert))
     report = RecordingReport()
-    with tqdm(total=sum(len(s.tasks) for s in shards), desc="Recording", unit="episode", disable=not shards) as bar:
-        for count, part in _record_all(shards, workers or os.cpu_count() or 1):
-            report.frames_recorded += part.frames_recorded
-            report.rollout_s += part.rollout_s
-            report.writing_s += part.writing_s
-            report.checking_s += part.checking_s
-            bar.update(count)
-    _join(root, folder, config, earlier, report)
+    try:
+        with tqdm(total=sum(len(s.tasks) for s in shards), desc="Recording", unit="episode", disable=not shards) as bar:
+            for count, part in _record_all(shards, workers or os.cpu_count() or 1):
+                report.frames_recorded += part.frames_recorded
+                report.rollout_s += part.rollout_s
+                report.writing_s += part.writing_s
+                report.checking_s += part.checking_s
+                bar.update(count)
+        _join(root, folder, config, earlier, report)
+    finally:
+        if folder.exists() and not any(folder.glob("shard_*")):
+            shutil.rmtree(folder)  # nothing to go on from
     return report
 
 
