@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,9 @@ from safetensors.torch import load_file
 from stand_still import StandStill
 from stock_commands import error_lines, run_command
 
-from hv_sim.task import resolve_tasks
+from hv_sim.rearrange_env import RearrangeEnv
+from hv_sim.task import resolve_tasks, save_task
+from hv_teachers.evaluated_policies import load_evaluated_policy
 from hv_teachers.recording import RecordingConfig, record_dataset
 
 POLICY = ("--policy.push_to_hub=false", "--policy.device=cpu")
@@ -117,6 +120,44 @@ def test_evaluation_runs_whatever_the_batch_size(run_folder: Path, tmp_path: Pat
         episodes.append(info["per_task"][0]["metrics"])
     assert episodes[0]["successes"] == episodes[1]["successes"] == [False, False]
     assert episodes[0]["sum_rewards"] == pytest.approx(episodes[1]["sum_rewards"], abs=1e-4)
+
+
+def test_hv_eval_plays_what_lerobot_eval_plays(run_folder: Path, tmp_path: Path):
+    """The same tasks and seeds: the same successes, and the same rewards. One task is done from the start."""
+    hard = resolve_tasks("living_room_1")[0]
+    first = hard.subtasks[0]
+    place = next(o.position_m for o in hard.objects if o.name == first.object)
+    near = (place[0] + 0.02, *place[1:])
+    easy = replace(hard, name="easy", subtasks=(replace(first, goal_position_m=near),))
+    policy = load_evaluated_policy(str(checkpoint(run_folder, 4)))
+    for task, succeeds in ((easy, True), (hard, False)):
+        file = tmp_path / f"{task.name}.json"
+        save_task(task, file)
+        done = run_command(
+            "lerobot-eval",
+            f"--policy.path={checkpoint(run_folder, 4)}",
+            "--policy.device=cpu",
+            *(option for option in ENVIRONMENT if not option.startswith("--env.task=")),
+            f"--env.task={file}",
+            "--eval.n_episodes=2",
+            "--eval.batch_size=1",
+            "--seed=40",
+            f"--output_dir={tmp_path / task.name}",
+        )
+        assert done.returncode == 0, done.stdout[-3000:]
+        metrics = json.loads((tmp_path / task.name / "eval_info.json").read_text())["per_task"][0]["metrics"]
+        assert metrics["successes"] == [succeeds] * 2
+        for seed, reward in zip((40, 41), metrics["sum_rewards"], strict=True):
+            env = RearrangeEnv(task, max_episode_steps=10, observation_height=64, observation_width=64)
+            observation, _ = env.reset(seed=seed)
+            policy.reset(1)
+            total, over = 0.0, False
+            while not over:
+                observation, step_reward, ended, cut, info = env.step(policy(env.world, observation)[0].numpy())
+                total, over = total + step_reward, ended or cut
+            env.close()
+            assert info["is_success"] == succeeds
+            assert total == pytest.approx(reward, abs=1e-5)
 
 
 def test_a_checkpoint_of_another_shape_is_refused_in_one_line(run_folder: Path, tmp_path: Path):
