@@ -139,7 +139,7 @@ class LoneHumanoids:
         configure_physics(spec)
         model = spec.compile()
         self._substeps = round(1 / (CONTROL_HZ * model.opt.timestep))
-        self._batch = mujoco.batch.Batch(model, num_envs, nthread=num_threads)
+        self._batch = mujoco.batch.Batch(model, num_envs, nthread=num_threads, persistent=True)
         self._control = self._batch.bind("ctrl")
 
     def reset(self) -> None:
@@ -166,7 +166,7 @@ class BareBatches:
         self.groups: list[tuple[np.ndarray, mujoco.batch.Batch, np.ndarray]] = []
         for ids in layouts.values():
             models = [world.scenes[i].model for i in ids]
-            batch = mujoco.batch.Batch(models[0], len(ids), nthread=num_threads)
+            batch = mujoco.batch.Batch(models[0], len(ids), nthread=num_threads, persistent=True)
             batch.set_models(models)
             self.groups.append((np.array(ids), batch, batch.bind("ctrl")))
 

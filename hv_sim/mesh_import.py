@@ -7,9 +7,11 @@ proposed from those boxes. Nothing is unpacked to disk, nothing outside the file
 from __future__ import annotations
 
 import io
+import math
 import re
 import zipfile
-from collections.abc import Iterator
+import zlib
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -43,7 +45,14 @@ class _Source:
 
 
 def import_file(
-    file: Path, folder: Path, *, size_m: float | None = None, mass_kg: float | None = None, up: str | None = None
+    file: Path,
+    folder: Path,
+    *,
+    size_m: float | None = None,
+    mass_kg: float | None = None,
+    up: str | None = None,
+    taken: set[str] | None = None,
+    on_refused: Callable[[str], None] | None = None,
 ) -> Iterator[Path]:
     """Makes objects from a file and writes them below a folder; of a catalogue, those that can be carried.
 
@@ -53,6 +62,8 @@ def import_file(
         size_m: length of the longest side; by default as the file says.
         mass_kg: by default from the volume.
         up: "y" or "z", the vertical axis; by default y for GLB, OBJ and catalogues, z for STL.
+        taken: names that other files have been given; those given here are added. A taken name gets a number.
+        on_refused: is told why a mesh of a catalogue was left out.
 
     Yields:
         Paths of `object.json` files.
@@ -61,24 +72,33 @@ def import_file(
         ValueError: the file is not a mesh, is broken, too large, or cannot be carried; one line that says why.
     """
     _check_file(file)
+    names = set() if taken is None else taken
     up = up or ("z" if file.suffix.lower() == ".stl" else "y")
     if file.suffix.lower() != ".sh3f":
         source = _Source(_name(file.stem), _load(file.read_bytes(), file.suffix.lower(), str(file)), None)
-        source = replace(source, name=_free_name(source.name, set()))
-        yield write_object(make_object(source, size_m, mass_kg, up), folder)
+        source = replace(source, name=_free_name(source.name, names))
+        thing = make_object(source, size_m, mass_kg, up)
+        names.add(source.name)
+        yield write_object(thing, folder)
         return
-    names: set[str] = set()
-    refused = []
-    for source in _catalogue(file):
+    refused: list[str] = []
+
+    def refuse(why: str) -> None:
+        refused.append(why)
+        if on_refused is not None:
+            on_refused(why)
+
+    before = len(names)
+    for source in _catalogue(file, refuse):
         name = _free_name(source.name, names)
         try:
             thing = make_object(replace(source, name=name), size_m, mass_kg, up)
         except ValueError as error:
-            refused.append(str(error))
+            refuse(str(error))
             continue
         names.add(name)
         yield write_object(thing, folder)
-    if not names:
+    if len(names) == before:
         raise ValueError(f"{file}: none of its {len(refused)} meshes can be carried; the first: {refused[:1]}")
 
 
@@ -184,8 +204,8 @@ def _check_path(name: str, label: str) -> None:
         raise ValueError(f"{label}: {name!r} leaves its folder; valid: names of files beside it")
 
 
-def _catalogue(file: Path) -> Iterator[_Source]:
-    """The meshes of a Sweet Home 3D catalogue, in its order; those that are broken are left out."""
+def _catalogue(file: Path, refuse: Callable[[str], None]) -> Iterator[_Source]:
+    """The meshes of a Sweet Home 3D catalogue, in its order; `refuse` is told of those that are broken."""
     try:
         with zipfile.ZipFile(file) as archive:
             for member in archive.infolist():
@@ -199,6 +219,7 @@ def _catalogue(file: Path) -> Iterator[_Source]:
                 model = entry.get("model", "").lstrip("/")
                 suffix = Path(model).suffix.lower()
                 if suffix != ".obj" or model not in archive.namelist():
+                    refuse(f"{file}: item {number}: {model!r} is not an OBJ file in it")
                     continue
                 # the model's materials are beside it in the archive
                 beside = [n for n in archive.namelist() if n.lower().endswith(".mtl") and _folder(n) == _folder(model)]
@@ -206,10 +227,14 @@ def _catalogue(file: Path) -> Iterator[_Source]:
                 try:
                     meshes = _load(archive.read(model), suffix, f"{file}: {model}", resolver)
                     size = tuple(float(entry[k]) / 100.0 for k in ("depth", "width", "height"))
-                except (KeyError, ValueError):
+                except (KeyError, ValueError) as error:
+                    refuse(f"{file}: item {number}: {error}")
+                    continue
+                if not all(math.isfinite(s) and s > 0 for s in size):
+                    refuse(f"{file}: item {number}: size {list(size)} m is not valid; valid: three numbers above 0")
                     continue
                 yield _Source(_name(entry.get("name", Path(model).stem)), meshes, (size[0], size[1], size[2]))
-    except (zipfile.BadZipFile, KeyError, EOFError, NotImplementedError) as error:
+    except (zipfile.BadZipFile, zlib.error, KeyError, EOFError, NotImplementedError, RuntimeError) as error:
         raise ValueError(f"{file}: not a readable catalogue ({error})") from None
 
 

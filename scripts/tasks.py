@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from hv_sim.gl_backend import GLError
 from hv_sim.task import TaskError
 
 
@@ -22,20 +24,20 @@ def main() -> int:
     verify = commands.add_parser("verify", help="check that tasks are solvable")
     verify.add_argument("tasks", nargs="*", default=["seen", "unseen", "single", "chain3", "chain5"], help=known)
     verify.add_argument("--output", type=Path, help="a JSON file for the verdicts")
-    verify.add_argument("--workers", type=int, default=0, help="processes (default: one a core)")
+    verify.add_argument("--workers", type=_count, default=0, help="processes (default: one a core)")
 
     generate = commands.add_parser("generate", help="draw the suites anew, byte for byte as they are in the package")
     generate.add_argument("suites", nargs="*", default=["seen", "unseen", "single", "chain3", "chain5"])
     generate.add_argument("--output", type=Path, required=True, help="folder for the files")
-    generate.add_argument("--workers", type=int, default=0, help="processes (default: one a core)")
+    generate.add_argument("--workers", type=_count, default=0, help="processes (default: one a core)")
 
     stats = commands.add_parser("stats", help="counts and distributions of the suites, as a table and as plots")
-    stats.add_argument("--output", type=Path, help="folder for benchmark.md and the plots (default: print the table)")
+    stats.add_argument("--output", type=Path, help="folder for benchmark_statistics.md and plots (default: print only)")
 
     gallery = commands.add_parser("gallery", help="one HTML page with a picture and the instructions of every task")
     gallery.add_argument("tasks", nargs="*", default=["seen", "unseen"], help=known)
     gallery.add_argument("--output", type=Path, required=True, help="folder for index.html and the pictures")
-    gallery.add_argument("--size", type=int, default=256, help="width of the pictures in pixels")
+    gallery.add_argument("--size", type=_pixels, default=256, help="width of the pictures, 64 to 2048 pixels")
 
     view = commands.add_parser("view", help="open a task in MuJoCo's viewer")
     view.add_argument("task", help="a task's name, suite:number, or file")
@@ -52,9 +54,26 @@ def main() -> int:
     args = parser.parse_args()
     try:
         return _COMMANDS[args.command](args)
-    except (TaskError, OSError) as error:
+    except BrokenPipeError:  # whoever read the list has read enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except (TaskError, GLError, OSError) as error:
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text} is not valid; valid: 0 or more")
+    return value
+
+
+def _pixels(text: str) -> int:
+    value = int(text)
+    if not 64 <= value <= 2048:
+        raise argparse.ArgumentTypeError(f"{text} is not valid; valid: 64 to 2048")
+    return value
 
 
 def _list(args: argparse.Namespace) -> int:
@@ -80,9 +99,9 @@ def _verify(args: argparse.Namespace) -> int:
     from hv_teachers.task_verification import CHECKS
 
     report, failures = {}, 0
+    chosen = {name: resolve_tasks(name) for name in args.tasks}  # an unknown name is refused before the work begins
     print(f"{'tasks':<14}{'number':>7}{'solvable':>9}  " + "".join(f"{c:>11}" for c in CHECKS))
-    for name in args.tasks:
-        tasks = resolve_tasks(name)
+    for name, tasks in chosen.items():
         # what is written by hand may use any words
         grammar = name.split(":", 1)[0].split("_", 1)[0] in SUITES
         verdicts = verify_all(tasks, grammar, args.workers, name)
@@ -148,9 +167,14 @@ def _view(args: argparse.Namespace) -> int:
     import mujoco.viewer
 
     from hv_sim.scene import compile_scene
-    from hv_sim.task import load_task
+    from hv_sim.task import TaskError, resolve_tasks
 
-    scene = compile_scene(load_task(args.task))
+    tasks = resolve_tasks(args.task)
+    if len(tasks) != 1:
+        raise TaskError(f"view: {args.task} are {len(tasks)} tasks; valid: one, such as {args.task}:0")
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise TaskError("view: there is no display (DISPLAY is not set); hv-tasks gallery needs none")
+    scene = compile_scene(tasks[0])
     data = mujoco.MjData(scene.model)
     data.qpos[:] = scene.initial_qpos
     mujoco.mj_forward(scene.model, data)
@@ -162,10 +186,14 @@ def _import_mesh(args: argparse.Namespace) -> int:
     from hv_sim.mesh_import import import_file
 
     failed = 0
+    taken: set[str] = set()
     for file in args.files:
         try:
-            for path in import_file(file, args.output, size_m=args.size, mass_kg=args.mass, up=args.up):
-                print(f"written: {path}")
+            for path in import_file(
+                file, args.output, size_m=args.size, mass_kg=args.mass, up=args.up, taken=taken,
+                on_refused=lambda why: print(f"left out: {why}", file=sys.stderr),
+            ):  # fmt: skip
+                print(f"written: {path}", flush=True)
         except ValueError as error:
             print(f"error: {error}", file=sys.stderr)
             failed += 1

@@ -87,14 +87,52 @@ def test_glb_and_obj_are_turned_upright_and_keep_their_colours(tmp_path):
 def test_a_catalogue_gives_sizes_and_names(tmp_path):
     obj = trimesh.creation.box((1, 1, 1)).export(file_type="obj")
     catalogue = "id=x\nname#1=Blue Crate\nmodel#1=/m/a.obj\nwidth#1=30\ndepth#1=25\nheight#1=40\n"
-    catalogue += "name#2=Huge\nmodel#2=/m/a.obj\nwidth#2=300\ndepth#2=25\nheight#2=40\n"
+    catalogue += "name#2=Endless\nmodel#2=/m/a.obj\nwidth#2=inf\ndepth#2=25\nheight#2=40\n"
+    catalogue += "name#3=Gone\nmodel#3=/m/b.obj\nwidth#3=30\ndepth#3=25\nheight#3=40\n"
+    catalogue += "name#4=Huge\nmodel#4=/m/a.obj\nwidth#4=300\ndepth#4=25\nheight#4=40\n"
     file = tmp_path / "c.sh3f"
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr("PluginFurnitureCatalog.properties", catalogue)
         archive.writestr("m/a.obj", obj)
-    paths = list(import_file(file, tmp_path / "out"))
+    refused: list[str] = []
+    paths = list(import_file(file, tmp_path / "out", on_refused=refused.append))
     assert [p.parent.name for p in paths] == ["blue_crate"]
+    assert len(refused) == 3
+    assert "cannot be held" in refused[2]
+    assert "size" in refused[0]
+    assert "'m/b.obj' is not an OBJ file in it" in refused[1]
     np.testing.assert_allclose(read_object(paths[0].parent).size_m, (0.25, 0.30, 0.40), atol=1e-4)
+
+
+def test_files_of_one_name_do_not_overwrite_each_other(tmp_path):
+    taken: set[str] = set()
+    for suffix in ("glb", "obj", "stl"):
+        file = tmp_path / f"thing.{suffix}"
+        trimesh.creation.box((0.2, 0.3, 0.3)).export(file)
+        list(import_file(file, tmp_path / "out", taken=taken))
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["thing", "thing_2", "thing_3"]
+
+
+def _damaged_zip():
+    """A catalogue whose compressed data are spoilt."""
+    raw = bytearray(_packed("PluginFurnitureCatalog.properties", b"id=x\n" * 400))
+    raw[70:90] = b"\xff" * 20
+    return bytes(raw)
+
+
+def _encrypted_zip():
+    """A catalogue that says of itself that it is encrypted."""
+    raw = bytearray(_packed("PluginFurnitureCatalog.properties", b"id=x\n"))
+    raw[6] |= 1
+    raw[raw.index(b"PK\x01\x02") + 8] |= 1
+    return bytes(raw)
+
+
+def _packed(name, content):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(name, content)
+    return buffer.getvalue()
 
 
 def _stl_header(faces):
@@ -123,6 +161,8 @@ def _zip(**entries):
         ("a.sh3f", b"junk", "not a readable catalogue"),
         ("a.sh3f", _zip(DOTS__evil="x"), "leaves its folder"),
         ("a.sh3f", _zip(x="x"), "not a readable catalogue"),
+        ("a.sh3f", _damaged_zip(), "not a readable catalogue"),
+        ("a.sh3f", _encrypted_zip(), "not a readable catalogue"),
         ("a.obj", b"v 0 0 0\nv .3 0 0\nv 0 .3 0\nf 1 2 3\n", "flat"),
         ("a.stl", trimesh.creation.box((3, 3, 3)).export(file_type="stl"), "cannot be held"),
     ],

@@ -106,7 +106,7 @@ def test_scenes_with_as_many_objects_share_a_batch(scenes):
         _task(pair) for pair in (("box", "stool"), ("plant", "lamp"), ("vase", "microwave"), ("basket", "suitcase"))
     ]
     models = [s.model for s in pairs] + [compile_scene(t).model for t in mixed]
-    batch = mujoco.batch.Batch(models[0], len(models), nthread=1)
+    batch = mujoco.batch.Batch(models[0], len(models), nthread=1, persistent=True)
     batch.set_models(models)
     qpos = np.stack([s.initial_qpos for s in pairs] + [compile_scene(t).initial_qpos for t in mixed])
     batch.bind("qpos")[:] = qpos

@@ -47,12 +47,28 @@ def test_an_own_task_with_own_words_is_verified(tmp_path: Path):
 
 
 def test_unknown_names_are_refused(tmp_path: Path):
-    for command in (("verify", "moon"), ("generate", "moon", "--output", tmp_path), ("list", "moon")):
+    for command in (
+        ("verify", "unseen:0", "moon", "--output", tmp_path / "v.json"),
+        ("generate", "moon", "--output", tmp_path),
+        ("list", "moon"),
+    ):
         done = tasks(*command)
         assert done.returncode == 2
         [line] = error_lines(done.stdout)
         assert "moon" in line
     assert not list(tmp_path.iterdir())
+
+
+def test_what_cannot_be_shown_is_said_in_one_line(tmp_path: Path):
+    done = run_command("hv-tasks", "view", "unseen:0", DISPLAY="", WAYLAND_DISPLAY="")
+    assert (done.returncode, error_lines(done.stdout)) == (
+        2, ["error: view: there is no display (DISPLAY is not set); hv-tasks gallery needs none"],
+    )  # fmt: skip
+    for size in ("0", "100000"):
+        done = tasks("gallery", "unseen:0", "--size", size, "--output", tmp_path / "gallery")
+        assert done.returncode == 2
+        assert f"{size} is not valid; valid: 64 to 2048" in done.stdout
+    assert not (tmp_path / "gallery").exists()
 
 
 def test_list_counts_the_suites():
