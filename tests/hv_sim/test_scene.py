@@ -108,14 +108,17 @@ def test_scenes_with_as_many_objects_share_a_batch(scenes):
     models = [s.model for s in pairs] + [compile_scene(t).model for t in mixed]
     batch = mujoco.batch.Batch(models[0], len(models), nthread=1, persistent=True)
     batch.set_models(models)
+    batch.reset()  # a persistent batch keeps what it knows of the first model until then
     qpos = np.stack([s.initial_qpos for s in pairs] + [compile_scene(t).initial_qpos for t in mixed])
     batch.bind("qpos")[:] = qpos
     batch.bind("ctrl")[:] = qpos[:, 7:35]
+    batch.forward()
     batch.step(nstep=30)
     for i, model in enumerate(models):  # the batch against plain MuJoCo
         data = mujoco.MjData(model)
         data.qpos[:] = qpos[i]
         data.ctrl[:] = qpos[i, 7:35]
+        mujoco.mj_forward(model, data)
         mujoco.mj_step(model, data, 30)
         np.testing.assert_array_equal(batch.bind("qpos")[i], data.qpos)
 
