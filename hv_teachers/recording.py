@@ -13,6 +13,7 @@ import tempfile
 import time
 import zlib
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -163,24 +164,30 @@ def record_dataset(
         return report
 
     root.parent.mkdir(parents=True, exist_ok=True)
-    workplace = Path(tempfile.mkdtemp(prefix=f".{root.name}.partial-", dir=root.parent))
-    try:
-        written = workplace / root.name
+    with moved_into_place(root) as written:
         if earlier:
             shutil.copytree(root, written)
         _record_attempts(written, root.name, wanted, make_expert, config, num_envs, report, progress)
         if report.num_episodes == 0:
             raise NothingRecordedError(root, report)
         (written / REPORT_FILE).write_text(report_as_json(config, report))
+    return report
+
+
+@contextmanager
+def moved_into_place(root: Path) -> Iterator[Path]:
+    """A folder of the same name beside `root` to write into, which takes its place when all went well."""
+    workplace = Path(tempfile.mkdtemp(prefix=f".{root.name}.partial-", dir=root.parent))
+    before = workplace / "before"
+    try:
+        yield workplace / root.name
         if root.exists():
-            root.rename(workplace / "before")
-        written.rename(root)
+            root.rename(before)
+        (workplace / root.name).rename(root)
     finally:
-        before = workplace / "before"
         if before.exists() and not root.exists():
             before.rename(root)
         shutil.rmtree(workplace, ignore_errors=True)
-    return report
 
 
 def _record_attempts(

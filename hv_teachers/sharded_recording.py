@@ -12,7 +12,6 @@ import json
 import multiprocessing
 import os
 import shutil
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -32,6 +31,7 @@ from hv_teachers.recording import (
     NothingRecordedError,
     RecordingConfig,
     RecordingReport,
+    moved_into_place,
     read_attempts,
     record_dataset,
     report_as_json,
@@ -190,10 +190,8 @@ def _join(
         report.attempts = [a for _, attempts in parts for a in attempts]
         shutil.rmtree(folder)
         raise NothingRecordedError(root, report)
-    workplace = Path(tempfile.mkdtemp(prefix=f".{root.name}.partial-", dir=root.parent))
-    try:
+    with moved_into_place(root) as written:
         disable_progress_bar()
-        written = workplace / root.name
         aggregate_datasets([p.name for p in sources], root.name, roots=sources, aggr_root=written)
         report.attempts, episodes = [], 0
         for _, attempts in parts:
@@ -203,14 +201,6 @@ def _join(
                 episodes += kept
         _compare(written, root.name, sources)
         (written / REPORT_FILE).write_text(report_as_json(config, report))
-        if root.exists():
-            root.rename(workplace / "before")
-        written.rename(root)
-    finally:
-        before = workplace / "before"
-        if before.exists() and not root.exists():
-            before.rename(root)
-        shutil.rmtree(workplace, ignore_errors=True)
     shutil.rmtree(folder)
 
 
