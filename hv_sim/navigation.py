@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -20,10 +19,7 @@ from hv_sim.paths import (
     plan_path,
     resampled,
 )
-
-if TYPE_CHECKING:
-    from hv_sim.scene import Scene
-
+from hv_sim.scene import Scene, rotation_about_z
 
 STAND_CLEARANCE_M = 0.12
 """Clearance of a stand pose, where the robot may be close to a table's edge (pelvis and feet)."""
@@ -99,7 +95,7 @@ def plan_subtask(
     k = int(scene.subtask_object[subtask])
     positions = np.asarray(object_pos_w, dtype=float)[: scene.num_objects]
     if object_rot_w is None:
-        rotation = _rotation_z(scene.task.objects[k].yaw_rad)
+        rotation = rotation_about_z(scene.task.objects[k].yaw_rad)
     else:
         rotation = np.asarray(object_rot_w, dtype=float)[k]
     goal, goal_yaw = scene.goal_pos_w[subtask], _yaw_of(scene.goal_rot_w[subtask])
@@ -144,12 +140,12 @@ def plan_subtask(
     ahead = np.concatenate(
         [
             lookahead(to_object, clearance, grid),
-            len(to_object) + np.minimum(np.arange(1, len(back) + 1), len(to_goal) - 1),
+            # back first: whoever turns at once sweeps what is carried over what it stood on
+            np.full(len(back) - 1, len(to_object) + len(back) - 1),
+            [len(to_object) + min(len(back), len(to_goal) - 1)],
             len(to_object) + len(back) + lookahead(to_goal[len(back) :], clearance, grid),
         ]
     )
-    # back first: whoever turns at once sweeps what is carried over what it stood on
-    ahead[len(to_object) : len(to_object) + len(back) - 1] = len(to_object) + len(back) - 1
     return SubTaskRoute(picks, places, to_object, to_goal, grasp_o, depth, len(back), ahead, lacking, missed)
 
 
@@ -409,11 +405,6 @@ def _back_off(free: OccupancyGrid, stand: np.ndarray) -> np.ndarray:
         if not free.cells[free.cell_of(point)]:
             return point
     return free.origin_m + (np.array(nearest_free(free, stand[:2])) + 0.5) * free.cell_m
-
-
-def _rotation_z(yaw_rad: float) -> np.ndarray:
-    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _yaw_of(rotation: np.ndarray) -> float:

@@ -28,6 +28,7 @@ from hv_sim.metrics import SUCCESS_THRESHOLDS_M, summarize
 from hv_sim.task import Task
 from hv_teachers.episodes import FAILURES, Episode, EpisodeOutcome, film_episode, run_episodes, tasks_fingerprint
 from hv_teachers.evaluated_policies import load_evaluated_policy
+from hv_teachers.whole_files import write_whole
 
 EPISODES_FILE, METRICS_FILE, PLAN_FILE = "episodes.jsonl", "metrics.json", "evaluation.json"
 PHYSICS_HZ = 120
@@ -104,6 +105,7 @@ def evaluate(
             file.flush()
             if on_episode:
                 on_episode(outcome, len(done), len(wanted))
+    seconds = round(time.time() - started, 1)
     outcomes = [done[(task.name, repeat)] for task, repeat in wanted]
     if film_typical:
         by_name = {task.name: task for task in tasks}
@@ -119,7 +121,7 @@ def evaluate(
     metrics = {**metrics_of(outcomes), **_versions(), "plan": plan}
     _write(output / METRICS_FILE, metrics)
     if missing:
-        _write(output / "timing.json", {"episodes": len(missing), "seconds": round(time.time() - started, 1)})
+        _write(output / "timing.json", {"episodes": len(missing), "seconds": seconds})
     return metrics
 
 
@@ -250,7 +252,7 @@ def _begin(output: Path, plan: dict[str, Any]) -> dict[tuple[str, int], EpisodeO
         found = read_outcomes(output)
         # what was cut short in the middle of a line is written anew
         text = "".join(o.to_json() + "\n" for o in found)
-        _replace(output / EPISODES_FILE, text)
+        write_whole(output / EPISODES_FILE, text)
         return {(o.record.task, o.repeat): o for o in found}
     _write(file, plan)
     return {}
@@ -302,13 +304,4 @@ def _versions() -> dict[str, Any]:
 
 
 def _write(path: Path, data: dict[str, Any]) -> None:
-    _replace(path, json.dumps(data, indent=1) + "\n")
-
-
-def _replace(path: Path, text: str) -> None:
-    draft = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        draft.write_text(text, encoding="utf-8")
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
+    write_whole(path, json.dumps(data, indent=1) + "\n")

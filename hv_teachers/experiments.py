@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from hv_teachers.results import EXPERIMENT_FILE, find_results, leaderboard, read
 from hv_teachers.teacher import TEACHER_FILES
 from hv_teachers.teacher_config import CONFIG_FOLDER, read_yaml
 from hv_teachers.teacher_recipe import read_recipe, train_recipe
+from hv_teachers.whole_files import write_whole
 
 TRAINED_PER_S, SECONDS_PER_EPISODE = 2500.0, 1.5
 """On two cores of an AMD EPYC, idle: control steps of a teacher's training, and a two-object episode of a policy that
@@ -150,15 +150,15 @@ def run_experiment(
                 bar.update(done - bar.n)
 
             evaluate(config, tasks, output, workers=workers, film_typical=film, on_episode=tell)
-        _write(output / EXPERIMENT_FILE, json.dumps({"name": experiment.name}) + "\n")
+        write_whole(output / EXPERIMENT_FILE, json.dumps({"name": experiment.name}) + "\n")
         metrics = {**read_result(output / METRICS_FILE).metrics, "experiment": experiment.name}
         target = places.result(experiment.name, suite)
-        _write(target, json.dumps(metrics, indent=1) + "\n")
+        write_whole(target, json.dumps(metrics, indent=1) + "\n")
         written.append(target)
     results = find_results([places.root / "results"])
-    _write(places.leaderboard, leaderboard(results))
+    write_whole(places.leaderboard, leaderboard(results))
     if places.readme.is_file():
-        _write(places.readme, with_results(places.readme.read_text(encoding="utf-8"), results))
+        write_whole(places.readme, with_results(places.readme.read_text(encoding="utf-8"), results))
     return [*written, places.leaderboard]
 
 
@@ -179,10 +179,3 @@ def _seconds_per_episode(folder: Path) -> float:
 
 def _duration(seconds: float) -> str:
     return f"{seconds / 3600:.1f} h" if seconds >= 5400 else f"{max(1, round(seconds / 60))} min"
-
-
-def _write(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    draft.write_text(text, encoding="utf-8")
-    draft.replace(path)

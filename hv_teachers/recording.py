@@ -150,12 +150,7 @@ def record_dataset(
             name, no attempt was left to store, or the dataset that was written does not hold what was recorded.
     """
     root = Path(root)
-    names = [task.name for task in tasks]
-    if len(set(names)) != len(names):
-        raise RecordingError(f"tasks: {next(n for n in names if names.count(n) > 1)!r} is the name of more than one")
-    if root.exists() and not resume:
-        raise RecordingError(f"dataset {root}: exists already; choose another folder, or add to it with --resume")
-    earlier = read_attempts(root / REPORT_FILE, config) if root.exists() else []
+    earlier = attempts_before(root, tasks, config, resume)
     done = {(attempt.task, attempt.repeat) for attempt in earlier}
     numbers = range(repeats) if isinstance(repeats, int) else repeats
     wanted = [(task, repeat) for repeat in numbers for task in tasks if (task.name, repeat) not in done]
@@ -172,6 +167,22 @@ def record_dataset(
             raise NothingRecordedError(root, report)
         (written / REPORT_FILE).write_text(report_as_json(config, report))
     return report
+
+
+def attempts_before(root: Path, tasks: Sequence[Task], config: RecordingConfig, resume: bool) -> list[Attempt]:
+    """The attempts that a dataset at `root` holds already.
+
+    Raises:
+        RecordingError: two tasks share a name, `root` exists (without `resume`), or is of another recording.
+    """
+    names = [task.name for task in tasks]
+    if len(set(names)) != len(names):
+        raise RecordingError(f"tasks: {next(n for n in names if names.count(n) > 1)!r} is the name of more than one")
+    if not root.exists():
+        return []
+    if not resume:
+        raise RecordingError(f"dataset {root}: exists already; choose another folder, or add to it with --resume")
+    return read_attempts(root / REPORT_FILE, config)
 
 
 @contextmanager

@@ -31,11 +31,13 @@ from hv_teachers.recording import (
     NothingRecordedError,
     RecordingConfig,
     RecordingReport,
+    attempts_before,
     moved_into_place,
     read_attempts,
     record_dataset,
     report_as_json,
 )
+from hv_teachers.whole_files import write_whole
 
 PLAN_FILE, DROPPED_SUFFIX = "plan.json", ".dropped.json"
 
@@ -79,11 +81,7 @@ def record_shards(
     """
     root = Path(root)
     names = [task.name for task in tasks]
-    if len(set(names)) != len(names):
-        raise RecordingError(f"tasks: {next(n for n in names if names.count(n) > 1)!r} is the name of more than one")
-    if root.exists() and not resume:
-        raise RecordingError(f"dataset {root}: exists already; choose another folder, or add to it with --resume")
-    earlier = read_attempts(root / REPORT_FILE, config) if root.exists() else []
+    earlier = attempts_before(root, tasks, config, resume)
     folder = root.with_name(f".{root.name}.shards")
     _begin(folder, config)
     done = {(a.task, a.repeat) for a in [*earlier, *(a for _, found in _finished(folder, config) for a in found)]}
@@ -133,7 +131,7 @@ def _begin(folder: Path, config: RecordingConfig) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for left in folder.glob(".shard_*"):
         shutil.rmtree(left, ignore_errors=True)
-    _write(plan, json.dumps(asdict(config)))
+    write_whole(plan, json.dumps(asdict(config)))
 
 
 def _finished(folder: Path, config: RecordingConfig) -> list[tuple[Path, list[Attempt]]]:
@@ -148,10 +146,10 @@ def _finished(folder: Path, config: RecordingConfig) -> list[tuple[Path, list[At
 def _record_all(shards: Sequence[_Shard], workers: int) -> Iterator[tuple[int, RecordingReport]]:
     if min(workers, len(shards)) <= 1:
         for shard in shards:
-            yield len(shard.tasks), _record(shard)
+            yield _record(shard)
         return
     with multiprocessing.get_context("spawn").Pool(min(workers, len(shards)), initializer=_one_thread) as pool:
-        yield from pool.imap_unordered(_record_counted, shards)
+        yield from pool.imap_unordered(_record, shards)
 
 
 def _one_thread() -> None:
@@ -160,19 +158,18 @@ def _one_thread() -> None:
     torch.set_num_threads(1)
 
 
-def _record_counted(shard: _Shard) -> tuple[int, RecordingReport]:
-    return len(shard.tasks), _record(shard)
-
-
-def _record(shard: _Shard) -> RecordingReport:
+def _record(shard: _Shard) -> tuple[int, RecordingReport]:
+    """How many attempts a shard has, and what came of them."""
     try:
-        return record_dataset(
+        report = record_dataset(
             shard.folder, shard.tasks, shard.make_expert, shard.config,
             repeats=[shard.repeat], num_envs=len(shard.tasks), progress=False,
         )  # fmt: skip
     except NothingRecordedError as nothing:
-        _write(shard.folder.with_name(shard.folder.name + DROPPED_SUFFIX), report_as_json(shard.config, nothing.report))
-        return nothing.report
+        place = shard.folder.with_name(shard.folder.name + DROPPED_SUFFIX)
+        write_whole(place, report_as_json(shard.config, nothing.report))
+        report = nothing.report
+    return len(shard.tasks), report
 
 
 def _join(
@@ -223,9 +220,3 @@ def _compare(written: Path, name: str, sources: Sequence[Path]) -> None:
         offset += shard.num_frames
     if offset != joined.num_frames:
         raise RecordingError(f"dataset {written}: has {joined.num_frames} frames instead of {offset}")
-
-
-def _write(path: Path, text: str) -> None:
-    draft = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    draft.write_text(text)
-    draft.replace(path)

@@ -14,14 +14,13 @@ import numpy as np
 from PIL import Image
 
 from hv_teachers.curves import plot_curve
-from hv_teachers.episodes import FAILURES, EpisodeOutcome, SubTaskOutcome
+from hv_teachers.episodes import FAILURES, PLACED_M, EpisodeOutcome, SubTaskOutcome
 from hv_teachers.evaluation import read_outcomes, typical_outcomes, video_path
 from hv_teachers.published_results import PUBLISHED_TABLES, PublishedRow
 from hv_teachers.results import Result
 from hv_teachers.teacher_curve import CURVES
 
 STRIP_FRAMES = 8
-PLACED_M = 0.4
 _BINS: dict[str, tuple[str, Callable[[SubTaskOutcome], float], tuple[float, ...]]] = {
     "distance": ("way of the object (m)", lambda s: s.way_m, (0, 1.5, 3, 4.5, 6, 99)),
     "from": ("height it is taken from (m)", lambda s: s.from_height_m, (-1, 0.1, 0.4, 0.7, 0.9, 9)),
