@@ -9,10 +9,11 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
+from hv_policy.decision.view import Phase
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_sim.observations import Heading, proprioception
 from hv_sim.world import RearrangeWorld
-from hv_teachers.planner import Phase, PlannerConfig, ScriptedPlanner
+from hv_teachers.planner import PlannerConfig, ScriptedPlanner
 from hv_teachers.routes import RouteViews, replan_routes
 from hv_teachers.teacher import TEACHER_FILES, Teacher, load_shipped_teacher
 

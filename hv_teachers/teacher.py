@@ -12,14 +12,15 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
+from hv_policy.decision.memory import TaskMemory
+from hv_policy.decision.network import DecisionNetwork, hand_anchors, sight
+from hv_policy.decision.view import Phase, TaskView, to_heading
+from hv_policy.decision.weights import load_decision, save_decision
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_sim.observations import Heading
 from hv_sim.world import RearrangeWorld
-from hv_teachers.planner import Phase, PlannerView
 from hv_teachers.routes import RouteViews, replan_routes
-from hv_teachers.teacher_memory import TeacherMemory, to_heading
-from hv_teachers.teacher_network import TeacherNetwork, hand_anchors, load_teacher, save_teacher, sight
 
 WEIGHTS = Path(__file__).resolve().parent / "weights"
 TEACHER_FILES = ("teacher_1.safetensors", "teacher_2.safetensors")
@@ -30,7 +31,7 @@ class Sight:
     """What a teacher sees at one step, one row per environment."""
 
     proprioception: Tensor  # (N, 223)
-    view: PlannerView
+    view: TaskView
     sights: Tensor  # (N, SIGHT_DIM)
     geometry: Tensor  # (N, 600)
     half_extents: Tensor  # (N, 3)
@@ -57,7 +58,7 @@ class TeacherSenses:
     def __init__(self, num_envs: int, remembers_phase: bool, num_actions: int) -> None:
         self.num_envs, self.remembers_phase = num_envs, remembers_phase
         self.routes = RouteViews(num_envs)
-        self.memory = TeacherMemory.of(num_envs)
+        self.memory = TaskMemory.of(num_envs)
         self.last_action = torch.zeros(num_envs, num_actions)
         """(N, A) in the network's units."""
         self.lost = torch.zeros(num_envs, dtype=torch.bool)
@@ -85,7 +86,7 @@ class TeacherSenses:
         geometry = observation.bps.flatten(1)
         return Sight(observation.proprioception, view, seen, geometry, observation.half_extents)
 
-    def decide(self, networks: Sequence[TeacherNetwork], who: Tensor, seen: Sight) -> Decision:
+    def decide(self, networks: Sequence[DecisionNetwork], who: Tensor, seen: Sight) -> Decision:
         """Lets network `who` (N,) of `networks` decide in each environment, and moves the memory on."""
         phase = self.memory.phase
         if self.remembers_phase:
@@ -137,7 +138,7 @@ class Teacher:
         ValueError: there is no network, or they differ in action or memory.
     """
 
-    def __init__(self, networks: Sequence[TeacherNetwork], prior: MotorPrior | None = None) -> None:
+    def __init__(self, networks: Sequence[DecisionNetwork], prior: MotorPrior | None = None) -> None:
         kinds = {(n.config.action, n.config.memory) for n in networks}
         if len(kinds) != 1:
             raise ValueError(
@@ -198,7 +199,7 @@ class Teacher:
         if len(self.networks) > len(TEACHER_FILES):
             raise ValueError(f"networks: {len(self.networks)}; valid: at most {len(TEACHER_FILES)}")
         for network, name in zip(self.networks, TEACHER_FILES, strict=False):
-            save_teacher(network, Path(folder) / name, metadata)
+            save_decision(network, Path(folder) / name, metadata)
 
     @staticmethod
     def load(folder: Path, prior: MotorPrior | None = None) -> Teacher:
@@ -210,7 +211,7 @@ class Teacher:
         paths = [Path(folder) / name for name in TEACHER_FILES]
         if not paths[0].is_file():
             raise ValueError(f"{paths[0]}: there is no such file; valid: a folder with {' and '.join(TEACHER_FILES)}")
-        return Teacher([load_teacher(path) for path in paths if path.is_file()], prior)
+        return Teacher([load_decision(path) for path in paths if path.is_file()], prior)
 
 
 def load_shipped_teacher(prior: MotorPrior | None = None) -> Teacher:
@@ -225,7 +226,7 @@ def load_shipped_teacher(prior: MotorPrior | None = None) -> Teacher:
     return Teacher.load(WEIGHTS, prior)
 
 
-def _shares(networks: Sequence[TeacherNetwork], who: Tensor) -> list[tuple[Tensor | slice, TeacherNetwork]]:
+def _shares(networks: Sequence[DecisionNetwork], who: Tensor) -> list[tuple[Tensor | slice, DecisionNetwork]]:
     """The rows that each network decides in."""
     if len(networks) == 1:
         return [(slice(None), networks[0])]
@@ -233,7 +234,7 @@ def _shares(networks: Sequence[TeacherNetwork], who: Tensor) -> list[tuple[Tenso
     return [(rows, network) for rows, network in shares if len(rows)]
 
 
-def _present(view: PlannerView) -> Tensor:
+def _present(view: TaskView) -> Tensor:
     """(N, 18) a memory's numbers for networks that have none: everything is as it is now."""
     hands = to_heading(view, view.hands)
     obj = to_heading(view, view.object_pos[:, None])
