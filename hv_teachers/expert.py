@@ -13,7 +13,9 @@ from hv_policy.decision.view import Phase
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_sim.observations import Heading, proprioception
 from hv_sim.world import RearrangeWorld
+from hv_teachers.knowledge import Knowledge
 from hv_teachers.planner import PlannerConfig, ScriptedPlanner
+from hv_teachers.planner_memory import memory_of
 from hv_teachers.routes import RouteViews, replan_routes
 from hv_teachers.teacher import TEACHER_FILES, Teacher, load_shipped_teacher
 
@@ -35,6 +37,8 @@ class PlannerExpert:
         self.prior = prior or load_shipped_motor_prior()
         self.planner = ScriptedPlanner(num_envs, planner)
         self.routes = RouteViews(num_envs)
+        self.knowledge: Knowledge | None = None
+        """What it knew when it was last asked."""
         self._rows = torch.arange(num_envs)
 
     def reset(self, ids: Tensor | None = None) -> None:
@@ -55,7 +59,10 @@ class PlannerExpert:
         changed = self.routes.follow(world)
         self.planner.reset(changed[~self.planner.lost[changed]])  # a new sub-task, not one that is tried again
         heading = Heading.of(world.state)
-        intent = self.planner(self.routes.view(world, heading))
+        view = self.routes.view(world, heading)
+        memory = memory_of(self.planner).vector(view)
+        intent = self.planner(view)
+        self.knowledge = Knowledge.of(view, world.navigator.leg_is_done, memory, self.planner.phase)
         return intent, self.prior(proprioception(world.state, heading), intent)
 
 
@@ -80,6 +87,11 @@ class TeacherExpert:
     def __call__(self, world: RearrangeWorld) -> tuple[Tensor, Tensor]:
         """Intents (N, 14) and servo targets (N, 28) in rad for the world's present state."""
         return self.teacher.decide(world)
+
+    @property
+    def knowledge(self) -> Knowledge | None:
+        """What it knew when it was last asked."""
+        return self.teacher.knowledge
 
 
 def expert_maker(policy: str) -> Callable[[int], PlannerExpert | TeacherExpert]:

@@ -40,12 +40,17 @@ from hv_teachers.dataset_format import (
     features,
     verify_dataset,
 )
+from hv_teachers.knowledge import KNOWLEDGE_COLUMNS, Knowledge
 
 REPORT_FILE = "meta/hv_recording.json"
 
 
 class Expert(Protocol):
     """Decides for every environment of a world at once; may use everything that the simulator knows."""
+
+    @property
+    def knowledge(self) -> Knowledge | None:
+        """What it knew when it was last asked; None if that cannot be said, and zeros are recorded then."""
 
     def reset(self, ids: Tensor | None = None) -> None:
         """Forget what is remembered of environments `ids` (all by default): new episodes begin there."""
@@ -62,13 +67,19 @@ class RecordingConfig:
         seed: of the whole recording.
         image_size_px: side of the square head camera picture.
         max_episode_steps: control steps (30 a second) after which an attempt ends; None: the world's default.
+        frame_stride: control steps from one frame to the next; the dataset then has 30 / frame_stride frames a second.
         drop_failed: leave out attempts in which not every object ends at its goal; they are still counted.
     """
 
     seed: int = 0
     image_size_px: int = 128
     max_episode_steps: int | None = None
+    frame_stride: int = 1
     drop_failed: bool = False
+
+    def __post_init__(self) -> None:
+        if self.frame_stride < 1 or FPS % self.frame_stride:
+            raise RecordingError(f"frame_stride: {self.frame_stride} is not valid; valid: a divisor of {FPS}")
 
 
 @dataclass
@@ -218,7 +229,7 @@ def _record_attempts(
     else:
         dataset = LeRobotDataset.create(
             name,
-            fps=FPS,
+            fps=FPS // config.frame_stride,
             features=features(config.image_size_px),
             root=written,
             robot_type="hv_humanoid",
@@ -270,10 +281,16 @@ def roll_attempts(
     frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
     try:
         while not bool(world.done.all()):
-            running = torch.nonzero(~world.done).flatten().tolist()
+            intent, joint_targets = expert(world)
+            due = ~world.done & (world.episode_step % config.frame_stride == 0)
+            if not bool(due.any()):
+                world.step(joint_targets)
+                continue
+            running = torch.nonzero(due).flatten().tolist()
             images = camera.render_batch(world.physics, running)
             observation, instructions = world.observe(), world.instructions()
-            intent, joint_targets = expert(world)
+            knowledge = expert.knowledge
+            columns = {} if knowledge is None else knowledge.columns()
             vectors = {
                 STATE: observation.proprioception,
                 ACTION: joint_targets,
@@ -283,6 +300,7 @@ def roll_attempts(
                 "privileged.half_extents": observation.half_extents,
                 "privileged.intent": intent,
                 "privileged.subtask_index": world.subtask_index[:, None],
+                **{name: columns.get(name, torch.zeros(len(attempts), n)) for name, n in KNOWLEDGE_COLUMNS.items()},
             }
             arrays = {key: value.float().cpu().numpy() for key, value in vectors.items()}
             for image, env in zip(images, running, strict=True):
@@ -298,11 +316,11 @@ def roll_attempts(
             seed=record.seed,
             success=all(record.succeeded(SUCCESS_THRESHOLDS_M[0])),
             num_finished=record.num_finished,
-            num_frames=record.num_steps,
+            num_frames=len(rows),
             fallen=record.fallen,
             distances_m=[d if math.isfinite(d) else None for d in record.distances_m],
         )
-        for (_, repeat), record in zip(attempts, world.records(), strict=True)
+        for (_, repeat), record, rows in zip(attempts, world.records(), frames, strict=True)
     ]
     return list(zip(outcomes, frames, strict=True))
 

@@ -20,7 +20,9 @@ from hv_policy.motor import embodiment as body
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_sim.observations import Heading
 from hv_sim.world import RearrangeWorld
+from hv_teachers.knowledge import Knowledge
 from hv_teachers.routes import RouteViews, replan_routes
+from hv_teachers.sight_noise import SightNoise, SightNoiseConfig
 
 WEIGHTS = Path(__file__).resolve().parent / "weights"
 TEACHER_FILES = ("teacher_1.safetensors", "teacher_2.safetensors")
@@ -32,6 +34,8 @@ class Sight:
 
     proprioception: Tensor  # (N, 223)
     view: TaskView
+    truth: TaskView
+    """As `view`, without the errors that it may have."""
     sights: Tensor  # (N, SIGHT_DIM)
     geometry: Tensor  # (N, 600)
     half_extents: Tensor  # (N, 3)
@@ -53,9 +57,13 @@ class TeacherSenses:
         num_envs: environments.
         remembers_phase: the network has `memory: phase`.
         num_actions: width of an action, to remember the last one.
+        noise: errors of what is seen.
     """
 
-    def __init__(self, num_envs: int, remembers_phase: bool, num_actions: int) -> None:
+    def __init__(
+        self, num_envs: int, remembers_phase: bool, num_actions: int, noise: SightNoiseConfig | None = None
+    ) -> None:
+        self.noise = SightNoise(num_envs, noise) if noise and (noise.near_m or noise.per_m) else None
         self.num_envs, self.remembers_phase = num_envs, remembers_phase
         self.routes = RouteViews(num_envs)
         self.memory = TaskMemory.of(num_envs)
@@ -79,12 +87,14 @@ class TeacherSenses:
         self.memory.reset(changed[~again])  # a new sub-task, not one that is tried again
         self.last_action[changed] = 0.0
         heading = Heading.of(world.state)
-        view = self.routes.view(world, heading)
+        view = truth = self.routes.view(world, heading)
         observation = world.observe()
+        if self.noise is not None:
+            view, observation = self.noise(world.episode_seed, world.episode_step, view, observation, heading)
         navigator = world.navigator
         seen = sight(observation, view, navigator.leg_is_done, navigator.picked_up)
         geometry = observation.bps.flatten(1)
-        return Sight(observation.proprioception, view, seen, geometry, observation.half_extents)
+        return Sight(observation.proprioception, view, truth, seen, geometry, observation.half_extents)
 
     def decide(self, networks: Sequence[DecisionNetwork], who: Tensor, seen: Sight) -> Decision:
         """Lets network `who` (N,) of `networks` decide in each environment, and moves the memory on."""
@@ -148,6 +158,8 @@ class Teacher:
         self.config = self.networks[0].config
         self.prior = (prior or load_shipped_motor_prior()) if self.config.action == "intent" else None
         self._senses: TeacherSenses | None = None
+        self.knowledge: Knowledge | None = None
+        """What it knew when it was last asked; None for networks that remember no phase."""
 
     def reset(self, ids: Tensor | None = None) -> None:
         """Forgets environments `ids` (default: all); needed only between worlds, a new episode is noticed."""
@@ -179,7 +191,11 @@ class Teacher:
                 self.prior.reset(begun if len(begun) < n else None)
         seen = self._senses.look(world)
         who = world.subtask_index.clamp(max=len(self.networks) - 1)
+        memory = self._senses.memory.vector(seen.view)
         action = self._senses.decide(self.networks, who, seen).action
+        if self._senses.remembers_phase:
+            done, phase = world.navigator.leg_is_done, self._senses.memory.phase
+            self.knowledge = Knowledge.of(seen.truth, done, memory, phase)
         self._senses.acted(action)
         decided = self.networks[0].from_units(action)
         if self.prior is None:

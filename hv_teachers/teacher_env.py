@@ -31,6 +31,7 @@ from hv_teachers.rewards import (
     surface_points,
     task_rewards,
 )
+from hv_teachers.sight_noise import SightNoiseConfig
 from hv_teachers.style import StyleHistory, style_frame
 from hv_teachers.teacher import Decision, Sight, TeacherSenses
 
@@ -57,6 +58,8 @@ class TeacherEnvConfig:
     """An episode ends as soon as the planner would let go: no release stage (HumanVLA)."""
     end_when_fallen: bool = True
     num_threads: int = 0
+    noise: SightNoiseConfig = field(default_factory=SightNoiseConfig)
+    """Errors of what the networks see; the planner, who labels it, sees things as they are."""
 
     def __post_init__(self) -> None:
         if self.reward not in REWARDS:
@@ -124,7 +127,7 @@ class TeacherEnv:
         self._rows = torch.arange(self.num_envs)
         self._units = DecisionNetwork(DecisionConfig(action=teacher.action, memory="none", hidden=(1,), geometry=0))
         self.planner = ScriptedPlanner(self.num_envs)
-        self.senses = TeacherSenses(self.num_envs, teacher.memory == "phase", teacher.num_actions)
+        self.senses = TeacherSenses(self.num_envs, teacher.memory == "phase", teacher.num_actions, config.noise)
         self.history = StyleHistory(self.num_envs)
         self.episodes = torch.zeros(self.num_envs, dtype=torch.long)
         """(N,) episodes begun so far."""
@@ -182,7 +185,7 @@ class TeacherEnv:
         before = memory.vector(seen.view)
         if self.senses.remembers_phase:
             lend_memory(memory, self.planner)
-        intent = self.planner(seen.view)
+        intent = self.planner(seen.truth)
         after = memory_of(self.planner)
         after.clock_s = after.clock_s - CONTROL_DT_S  # the planner's step has passed already
         vector = after.vector(seen.view)

@@ -27,13 +27,14 @@ def main(arguments: list[str] | None = None) -> int:
     from hv_teachers.recording import RecordingConfig
     from hv_teachers.sharded_recording import record_shards
 
-    config = RecordingConfig(
-        seed=options.seed,
-        image_size_px=options.image_size,
-        max_episode_steps=options.max_episode_steps,
-        drop_failed=options.drop_failed,
-    )
     try:
+        config = RecordingConfig(
+            seed=options.seed,
+            image_size_px=options.image_size,
+            max_episode_steps=options.max_episode_steps,
+            frame_stride=options.frame_stride,
+            drop_failed=options.drop_failed,
+        )
         started = time.perf_counter()
         tasks = [task for name in options.tasks for task in resolve_tasks(name)]
         report = record_shards(
@@ -74,6 +75,9 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--image-size", type=_positive, default=128, help="side of the pictures in pixels")
     parser.add_argument("--max-episode-steps", type=_positive, help="control steps (30 a second) of an attempt")
+    parser.add_argument(
+        "--frame-stride", type=_positive, default=1, help="control steps from one frame to the next: 6 is 5 frames/s"
+    )
     parser.add_argument("--policy", default="planner", help="planner, teacher, or a folder of teachers")
     parser.add_argument("--num-envs", type=_positive, default=4, help="attempts that a process simulates side by side")
     parser.add_argument("--workers", type=_positive, default=0, help="processes (default: one a core)")
