@@ -61,8 +61,8 @@ class HVPolicy(PreTrainedPolicy):
         if not config.vocabulary and dataset_meta is not None and config.pretrained_path is None:
             config.vocabulary = build_vocabulary(dataset_meta.tasks.index, config.max_vocabulary)
         student = BeliefStudent if config.form == "belief" else DirectStudent
-        self._student = student(config, dataset_stats, dataset_meta)
-        self.network: nn.Module = self._student.network
+        self.student: BeliefStudent | DirectStudent = student(config, dataset_stats, dataset_meta)
+        self.network: nn.Module = self.student.network
 
     def get_optim_params(self) -> list[dict[str, Any]]:
         """Two groups: weight matrices decay; biases, norms, positions and embeddings do not."""
@@ -74,12 +74,12 @@ class HVPolicy(PreTrainedPolicy):
         ]
 
     def train(self, mode: bool = True) -> "HVPolicy":
-        self._student.reader.forget()
+        self.student.reader.forget()
         return super().train(mode)
 
     def reset(self) -> None:
         """Forget what was seen and done; LeRobot calls this at the start of every rollout."""
-        self._student.reset()
+        self.student.reset()
 
     def drop_queued_actions(self) -> None:
         """Forget plans made for an instruction that no longer holds.
@@ -97,7 +97,7 @@ class HVPolicy(PreTrainedPolicy):
         Returns:
             The loss, () or (B,), and figures to watch.
         """
-        loss, figures = self._student.loss(batch)
+        loss, figures = self.student.loss(batch)
         return (loss.mean() if reduction == "mean" else loss), figures
 
     @torch.no_grad()
@@ -106,13 +106,13 @@ class HVPolicy(PreTrainedPolicy):
 
         An environment whose instruction differs from the last call's forgets the old task; the others go on.
         """
-        return self._student.act(batch)
+        return self.student.act(batch)
 
     @torch.no_grad()
     def predict_action_chunk(self, batch: dict[str, Any], **_: Any) -> Tensor:
         """The action (N, 1, A) that `select_action` would return, without a control step passing."""
-        with self._student.undone():
-            return self._student.act(batch).unsqueeze(1)
+        with self.student.undone():
+            return self.student.act(batch).unsqueeze(1)
 
     @classmethod
     def _load_as_safetensor(cls, model: "HVPolicy", model_file: str, map_location: str, strict: bool) -> "HVPolicy":

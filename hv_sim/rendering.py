@@ -156,6 +156,29 @@ class CameraRenderer:
             _assign(before)
 
 
+class StepCamera:
+    """The head cameras of a world's environments: each picture is rendered at most once a control step.
+
+    Args:
+        renderer: makes the pictures.
+        physics: whose simulations are seen.
+    """
+
+    def __init__(self, renderer: CameraRenderer, physics: PhysicsBackend) -> None:
+        self._renderer, self._physics = renderer, physics
+        self._pictures: dict[int, np.ndarray] = {}
+
+    def forget(self) -> None:
+        """A control step has passed."""
+        self._pictures.clear()
+
+    def picture(self, env: int) -> np.ndarray:
+        """(height, width, 3) uint8 of environment `env`."""
+        if env not in self._pictures:
+            self._pictures[env] = self._renderer.render_batch(self._physics, [env])[0]
+        return self._pictures[env]
+
+
 _OPEN: weakref.WeakSet[CameraRenderer] = weakref.WeakSet()
 
 

@@ -26,7 +26,7 @@ from torch import Tensor
 from tqdm import tqdm
 
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M
-from hv_sim.rendering import CameraRenderer
+from hv_sim.rendering import CameraRenderer, StepCamera
 from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
 from hv_teachers.dataset_format import (
@@ -52,6 +52,13 @@ class Expert(Protocol):
     def knowledge(self) -> Knowledge | None:
         """What it knew when it was last asked; None if that cannot be said, and zeros are recorded then."""
 
+    @property
+    def executed(self) -> Tensor | None:
+        """(N, 28) joint targets that are done instead of those that it says, which are recorded; None: what it says."""
+
+    def see_through(self, camera: StepCamera) -> None:
+        """The camera to look through, for one that needs pictures; called before the first step."""
+
     def reset(self, ids: Tensor | None = None) -> None:
         """Forget what is remembered of environments `ids` (all by default): new episodes begin there."""
 
@@ -67,6 +74,7 @@ class RecordingConfig:
         seed: of the whole recording.
         image_size_px: side of the square head camera picture.
         max_episode_steps: control steps (30 a second) after which an attempt ends; None: the world's default.
+        end_when_fallen: an attempt ends a second after a fall; what follows teaches nothing.
         frame_stride: control steps from one frame to the next; the dataset then has 30 / frame_stride frames a second.
         drop_failed: leave out attempts in which not every object ends at its goal; they are still counted.
     """
@@ -74,6 +82,7 @@ class RecordingConfig:
     seed: int = 0
     image_size_px: int = 128
     max_episode_steps: int | None = None
+    end_when_fallen: bool = False
     frame_stride: int = 1
     drop_failed: bool = False
 
@@ -277,38 +286,28 @@ def roll_attempts(
     world.reset(seeds=seeds)
     expert = make_expert(len(attempts))
     expert.reset()
-    camera = CameraRenderer(config.image_size_px, config.image_size_px)
+    renderer = CameraRenderer(config.image_size_px, config.image_size_px)
+    camera = StepCamera(renderer, world.physics)
+    expert.see_through(camera)
     frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
+    since_fall = torch.zeros(len(attempts), dtype=torch.long)
     try:
-        while not bool(world.done.all()):
+        while True:
+            since_fall += world.fallen
+            over = world.done | (since_fall > FPS) if config.end_when_fallen else world.done
+            if bool(over.all()):
+                break
             intent, joint_targets = expert(world)
-            due = ~world.done & (world.episode_step % config.frame_stride == 0)
-            if not bool(due.any()):
-                world.step(joint_targets)
-                continue
-            running = torch.nonzero(due).flatten().tolist()
-            images = camera.render_batch(world.physics, running)
-            observation, instructions = world.observe(), world.instructions()
-            knowledge = expert.knowledge
-            columns = {} if knowledge is None else knowledge.columns()
-            vectors = {
-                STATE: observation.proprioception,
-                ACTION: joint_targets,
-                "privileged.object": observation.object,
-                "privileged.goal": observation.goal,
-                "privileged.waypoint": observation.waypoint,
-                "privileged.half_extents": observation.half_extents,
-                "privileged.intent": intent,
-                "privileged.subtask_index": world.subtask_index[:, None],
-                **{name: columns.get(name, torch.zeros(len(attempts), n)) for name, n in KNOWLEDGE_COLUMNS.items()},
-            }
-            arrays = {key: value.float().cpu().numpy() for key, value in vectors.items()}
-            for image, env in zip(images, running, strict=True):
-                row = {key: value[env].copy() for key, value in arrays.items()}
-                frames[env].append({HEAD_IMAGE: image, **row, "task": instructions[env]})
-            world.step(joint_targets)
+            due = torch.nonzero(~over & (world.episode_step % config.frame_stride == 0)).flatten().tolist()
+            if due:
+                arrays, instructions = _columns(world, expert.knowledge, intent, joint_targets), world.instructions()
+                for env in due:
+                    row = {key: value[env].copy() for key, value in arrays.items()}
+                    frames[env].append({HEAD_IMAGE: camera.picture(env).copy(), **row, "task": instructions[env]})
+            world.step(joint_targets if expert.executed is None else expert.executed)
+            camera.forget()
     finally:
-        camera.close()
+        renderer.close()
     outcomes = [
         Attempt(
             task=record.task,
@@ -323,6 +322,26 @@ def roll_attempts(
         for (_, repeat), record, rows in zip(attempts, world.records(), frames, strict=True)
     ]
     return list(zip(outcomes, frames, strict=True))
+
+
+def _columns(
+    world: RearrangeWorld, knowledge: Knowledge | None, intent: Tensor, joint_targets: Tensor
+) -> dict[str, np.ndarray]:
+    """`VECTOR_COLUMNS` of every environment, (N, size) float32 each."""
+    observation = world.observe()
+    known = {} if knowledge is None else knowledge.columns()
+    vectors = {
+        STATE: observation.proprioception,
+        ACTION: joint_targets,
+        "privileged.object": observation.object,
+        "privileged.goal": observation.goal,
+        "privileged.waypoint": observation.waypoint,
+        "privileged.half_extents": observation.half_extents,
+        "privileged.intent": intent,
+        "privileged.subtask_index": world.subtask_index[:, None],
+        **{name: known.get(name, torch.zeros(world.num_envs, size)) for name, size in KNOWLEDGE_COLUMNS.items()},
+    }
+    return {key: value.float().cpu().numpy() for key, value in vectors.items()}
 
 
 def _groups(

@@ -33,6 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
             image_size_px=options.image_size,
             max_episode_steps=options.max_episode_steps,
             frame_stride=options.frame_stride,
+            end_when_fallen=options.end_when_fallen,
             drop_failed=options.drop_failed,
         )
         started = time.perf_counter()
@@ -78,7 +79,12 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--frame-stride", type=_positive, default=1, help="control steps from one frame to the next: 6 is 5 frames/s"
     )
-    parser.add_argument("--policy", default="planner", help="planner, teacher, or a folder of teachers")
+    parser.add_argument("--end-when-fallen", action="store_true", help="attempts end a second after a fall")
+    parser.add_argument(
+        "--policy",
+        default="planner",
+        help="planner, teacher, a folder of teachers, or of a student: it acts, the teacher's actions are recorded",
+    )
     parser.add_argument("--num-envs", type=_positive, default=4, help="attempts that a process simulates side by side")
     parser.add_argument("--workers", type=_positive, default=0, help="processes (default: one a core)")
     parser.add_argument("--drop-failed", action="store_true", help="leave out attempts that fail")

@@ -80,7 +80,8 @@ class BeliefStudent:
             self.following = Following.begin(self.network, instructions, BeliefConfig())
         self.following.hear(instructions)
         words, is_word = self.reader.recall(instructions)
-        return self.following.act(self.network, pictures[:, -1, 0], state, words, is_word)
+        looks = self.following.looks
+        return self.following.act(self.network, pictures[looks, -1, 0], state, words, is_word)
 
     def _known(self, batch: dict[str, Any]) -> dict[str, Tensor]:
         """The labels of a training batch.

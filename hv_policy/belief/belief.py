@@ -30,13 +30,15 @@ class BeliefConfig:
     """How much is trusted.
 
     Args:
+        look_every: control steps from one picture that is looked at to the next.
         correlation: pictures that follow each other err alike: the variance of one counts so many times.
         drift: error of odometry, m for each m.
         unrest: deviation by which everything may change in one control step, m.
         doubt: deviation of an object that was lost, m.
     """
 
-    correlation: float = 10.0
+    look_every: int = 3
+    correlation: float = 4.0
     drift: float = 0.03
     unrest: float = 0.003
     doubt: float = 0.7
@@ -96,14 +98,16 @@ class Belief:
         c = self.config
         self.variance = (self.variance + c.unrest**2 + (c.drift * way) ** 2).clamp(max=UNKNOWN)
 
-    def measure(self, places_h: Tensor, spread_h: Tensor) -> None:
-        """Takes in what a picture says: places (N, 21), heading frame, and their deviations (N, 21), m."""
-        seen = to_frame(places_h, self.pose)
+    def measure(self, ids: Tensor, places_h: Tensor, spread_h: Tensor) -> None:
+        """Takes in what pictures of environments `ids` (n,) say: places (n, 21), heading frame, and their deviations
+        (n, 21), m."""
+        seen = to_frame(places_h, self.pose[ids])
         squared = spread_h * spread_h
         noise = torch.stack([squared[:, g].mean(1) for g in GROUPS], 1) * self.config.correlation
-        gain = self.variance / (self.variance + noise)
-        self.places = self.places + gain[:, _GROUP_OF.to(gain.device)] * (seen - self.places)
-        self.variance = (1 - gain) * self.variance
+        places, variance = self.places[ids], self.variance[ids]
+        gain = variance / (variance + noise)
+        self.places = self.places.index_copy(0, ids, places + gain[:, _GROUP_OF.to(gain.device)] * (seen - places))
+        self.variance = self.variance.index_copy(0, ids, (1 - gain) * variance)
 
     def now(self) -> tuple[Tensor, Tensor]:
         """(N, 21) the places in the present heading frame, and (N, 21) the logarithm of their squashed deviation."""

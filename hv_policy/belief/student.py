@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import torch
@@ -18,14 +18,18 @@ from hv_policy.belief.perception import (
     way_loss,
 )
 from hv_policy.belief.places import (
+    AWAY,
     FLAGS,
     GOAL,
+    IS_LAST,
     OBJECT,
     PICK,
     PLACE,
+    WAY_DIM,
     WAYPOINT,
     squash,
     stretch,
+    turned,
     unsquash,
     unsquash_waypoint,
 )  # fmt: skip
@@ -114,10 +118,12 @@ class Following:
     memory: TaskMemory
     prior: MotorPrior
     instructions: list[str]
-    step: int = 0
-    seen_way: Tensor = field(default_factory=lambda: torch.zeros(0))
-    places_h: Tensor = field(default_factory=lambda: torch.zeros(0))
-    intent: Tensor = field(default_factory=lambda: torch.zeros(0))
+    blind_steps: Tensor
+    """(N,) control steps since the last look at a picture."""
+    way: Tensor
+    """(N, 8) as `hv_policy.belief.places` has it, but in the frame of the belief's pose."""
+    intent: Tensor
+    """(N, 14) the last one."""
 
     @staticmethod
     def begin(network: BeliefNetwork, instructions: Sequence[str], config: BeliefConfig) -> Following:
@@ -125,15 +131,18 @@ class Following:
         n = len(instructions)
         prior = copy.copy(network.prior)  # shares the weights, has a memory of its own
         prior.reset()
-        return Following(Belief(n, config), TaskMemory.of(n), prior, list(instructions))
+        blind = torch.full((n,), config.look_every)
+        memory, way = TaskMemory.of(n), torch.zeros(n, WAY_DIM)
+        return Following(Belief(n, config), memory, prior, list(instructions), blind, way, torch.zeros(n, 14))
 
     def copy(self) -> Following:
         """The same, from where another future may begin."""
         prior = copy.copy(self.prior)
         prior.memory = copy.deepcopy(self.prior.memory)
         prior._last_residual, prior._fresh = copy.deepcopy((self.prior._last_residual, self.prior._fresh))
-        rest = (copy.deepcopy(self.belief), self.memory.clone(), prior, list(self.instructions))
-        return Following(*rest, self.step, self.seen_way, self.places_h, self.intent)
+        belief, memory, way = copy.deepcopy(self.belief), self.memory.clone(), self.way.clone()
+        blind, intent = self.blind_steps.clone(), self.intent.clone()
+        return Following(belief, memory, prior, list(self.instructions), blind, way, intent)
 
     def hear(self, instructions: Sequence[str]) -> None:
         """Begins anew where the instruction is another one, and there alone."""
@@ -142,32 +151,63 @@ class Following:
             ids = torch.tensor(changed)
             self.belief.forget(ids)
             self.memory.reset(ids)
+            self.blind_steps[ids] = self.belief.config.look_every
             self.instructions = list(instructions)
 
+    @property
+    def looks(self) -> Tensor:
+        """(n,) the environments that will look at their picture in the coming step; the others need none."""
+        return (self.blind_steps >= self.belief.config.look_every).nonzero()[:, 0]
+
     def act(self, network: BeliefNetwork, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor) -> Tensor:
-        """(N, 28) servo targets in rad for this control step; see `Perception` for the arguments."""
+        """(N, 28) servo targets in rad for this control step.
+
+        Args:
+            network: who acts.
+            pictures: (n, 3, H, W), 0..1, of the environments `looks`.
+            state: (N, 223) proprioception.
+            words, is_word: (N, L, dim) and (N, L) bool, from `Perception.text`.
+        """
         body = read_proprioception(state)
         phase = self.memory.phase
         self.belief.move(body, (phase >= Phase.LIFT) & (phase <= Phase.LOWER))
-        seen = network.perception(pictures, state, words, is_word)
-        places = unsquash(seen.places)
-        self.belief.measure(places, seen.log_spread.exp() * stretch(places))
-        places_h, log_spread = self.belief.now()
-        features = belief_features(squash(places_h), log_spread, phase, self.memory.clock_s)
-        way = self._way(network.perception.way(seen, state, features), places_h)
-        intent = self._decide(network.decision, state, body, places_h, way)
-        self.places_h, self.seen_way, self.intent = places_h, way, intent
-        self.step += 1
-        return self.prior(state, intent)
+        looks = self.looks
+        if len(looks):
+            self._look(network.perception, looks, pictures, state[looks], words[looks], is_word[looks])
+        self.blind_steps += 1
+        self.blind_steps[looks] = 1
+        places_h = self.belief.now()[0]
+        self.intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
+        return self.prior(state, self.intent)
 
-    def _way(self, said: Tensor, places_h: Tensor) -> Tensor:
-        """(N, 8) the way as `hv_policy.belief.places` has it, of what the network said."""
-        way = said.clone()
-        way[:, FLAGS] = (said[:, FLAGS] > 0).to(said)
+    def _look(
+        self, perception: Perception, ids: Tensor, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor
+    ) -> None:
+        """Takes in the pictures of environments `ids` (n,); all arguments are theirs."""
+        seen = perception(pictures, state, words, is_word)
+        places = unsquash(seen.places)
+        self.belief.measure(ids, places, seen.log_spread.exp() * stretch(places))
+        places_h, log_spread = self.belief.now()
+        phase, clock = self.memory.phase[ids], self.memory.clock_s[ids]
+        features = belief_features(squash(places_h[ids]), log_spread[ids], phase, clock)
+        way = perception.way(seen, state, features)
+        pose = self.belief.pose[ids]
+        cos, sin = pose[:, 2:].cos(), pose[:, 2:].sin()
+        way[:, WAYPOINT] = turned(unsquash_waypoint(way[:, WAYPOINT]), cos, sin) + pose[:, :2]
+        way[:, AWAY] = turned(way[:, AWAY], cos, sin)
+        way[:, FLAGS] = (way[:, FLAGS] > 0).to(way)
+        self.way = self.way.index_copy(0, ids, way)
+
+    def _way_now(self, places_h: Tensor) -> Tensor:
+        """(N, 8) the way in the present heading frame; where the waypoint is a stand, the one that is believed in."""
+        pose, way = self.belief.pose, self.way.clone()
+        cos, sin = pose[:, 2:].cos(), -pose[:, 2:].sin()
+        way[:, WAYPOINT] = turned(way[:, WAYPOINT] - pose[:, :2], cos, sin)
+        way[:, AWAY] = turned(way[:, AWAY], cos, sin)
         to_place = (self.memory.phase >= Phase.LIFT) & (self.memory.phase <= Phase.LOWER)
         stand = torch.where(to_place[:, None], places_h[:, PLACE], places_h[:, PICK])
-        at_stand = (way[:, FLAGS[0]] > 0.5) & (self.memory.phase <= Phase.LOWER)
-        way[:, WAYPOINT] = torch.where(at_stand[:, None], stand, unsquash_waypoint(said[:, WAYPOINT]))
+        at_stand = (way[:, IS_LAST] > 0.5) & (self.memory.phase <= Phase.LOWER)
+        way[:, WAYPOINT] = torch.where(at_stand[:, None], stand, way[:, WAYPOINT])
         return way
 
     def _decide(

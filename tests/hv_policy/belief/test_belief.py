@@ -27,7 +27,7 @@ def test_what_stands_still_stays_where_it_is_while_the_robot_walks_and_turns():
     places = torch.zeros(1, PLACES_DIM)
     places[0, :3] = torch.tensor([2.0, 1.0, 0.7])
     places[0, 14] = 1.0
-    belief.measure(places, torch.full_like(places, 0.01))
+    belief.measure(torch.tensor([0]), places, torch.full_like(places, 0.01))
     body.lin_vel[:, embodiment.PELVIS, 0] = 0.6
     for _ in range(31):
         belief.move(body, NOTHING_HELD)
@@ -69,7 +69,7 @@ def test_the_filter_weighs_as_kalmans_equations_say():
     generator = torch.Generator().manual_seed(0)
     for spread in (0.5, 0.1, 0.3):
         measured = torch.randn(1, PLACES_DIM, generator=generator)
-        belief.measure(measured, torch.full((1, PLACES_DIM), spread))
+        belief.measure(torch.tensor([0]), measured, torch.full((1, PLACES_DIM), spread))
         gain = variance / (variance + spread**2)
         mean, variance = mean + gain * (float(measured[0, 2]) - mean), (1 - gain) * variance
         assert abs(float(belief.places[0, 2]) - mean) < 1e-4
@@ -84,7 +84,7 @@ def test_what_is_carried_goes_where_the_hands_go():
     belief.move(body, holds)
     places = torch.zeros(1, PLACES_DIM)
     places[0, OBJECT] = torch.tensor([0.4, 0.0, 0.9])
-    belief.measure(places, torch.full_like(places, 0.01))
+    belief.measure(torch.tensor([0]), places, torch.full_like(places, 0.01))
     body.pos[:, embodiment.HANDS, 2] += 0.3
     belief.move(body, holds)
     torch.testing.assert_close(belief.now()[0][0, OBJECT], torch.tensor([0.4, 0.0, 1.2]), atol=1e-3, rtol=0)
@@ -96,7 +96,7 @@ def test_what_is_carried_goes_where_the_hands_go():
 
 def test_forgetting_and_doubting_concern_the_environments_named():
     belief = Belief(3)
-    belief.measure(torch.zeros(3, PLACES_DIM), torch.full((3, PLACES_DIM), 0.01))
+    belief.measure(torch.arange(3), torch.zeros(3, PLACES_DIM), torch.full((3, PLACES_DIM), 0.01))
     belief.forget(torch.tensor([0]))
     belief.doubt(torch.tensor([1]))
     assert (belief.variance[0] == UNKNOWN).all()
