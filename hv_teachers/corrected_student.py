@@ -6,9 +6,10 @@ the work, and saw where everything is? A student with no memory of phases would 
 
 from __future__ import annotations
 
-import copy
+from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import torch
 from lerobot.configs.policies import PreTrainedConfig
 from torch import Tensor
@@ -25,6 +26,8 @@ from hv_sim.rendering import StepCamera
 from hv_sim.world import RearrangeWorld
 from hv_teachers.knowledge import Knowledge
 from hv_teachers.teacher import Teacher, TeacherSenses, load_shipped_teacher
+
+_STRETCH_STEPS = 90
 
 
 def load_student(folder: Path) -> HVPolicy:
@@ -55,20 +58,21 @@ class CorrectedStudent:
     Args:
         num_envs: environments of the worlds it will be shown.
         folder: of the student's checkpoint (`pretrained_model`).
+        beta: share of the time, in stretches of three seconds drawn from the episode's seed, in which the teacher acts.
 
     Raises:
         ValueError: it is none, or the package comes without teachers.
     """
 
-    def __init__(self, num_envs: int, folder: str) -> None:
+    def __init__(self, num_envs: int, folder: str, beta: float = 0.0) -> None:
         student = load_student(Path(folder)).student
         assert isinstance(student, BeliefStudent)
         self.student = student
         self.teacher: Teacher = load_shipped_teacher()
         self.executed: Tensor | None = None
-        """(N, 28) what the student does."""
+        """(N, 28) what is done."""
         self.knowledge: Knowledge | None = None
-        self._num_envs = num_envs
+        self._beta = beta
         self._camera: StepCamera | None = None
         self._following: Following | None = None
         self._senses: TeacherSenses | None = None
@@ -93,7 +97,15 @@ class CorrectedStudent:
         state = world.observe().proprioception
         before = following.memory.phase.clone()
         intent, targets = self._corrections(world, following, senses, state)
-        self.executed = self._act(world, following, state, instructions)
+        decided = self._decide(world, following, state, instructions)
+        if self._beta > 0:
+            leads = teacher_leads(world.episode_seed, world.episode_step.tolist(), self._beta)
+            decided = torch.where(leads[:, None], intent, decided)
+            senses.memory.tick()
+            following.memory = _moved(senses.memory, _true_pose(world), following.belief.pose).where(
+                leads, following.memory
+            )
+        self.executed = following.prior(state, decided)
         senses.lost = (following.memory.phase == Phase.APPROACH) & (before >= Phase.LIFT)
         return intent, targets
 
@@ -101,21 +113,20 @@ class CorrectedStudent:
         self, world: RearrangeWorld, following: Following, senses: TeacherSenses, state: Tensor
     ) -> tuple[Tensor, Tensor]:
         """What the teacher would do now, with the student's memory and gait."""
-        senses.memory = _in_world(following, world)
+        memory = _moved(following.memory, following.belief.pose, _true_pose(world))
+        senses.memory = memory.clone()
         seen = senses.look(world)
-        senses.memory = _in_world(following, world)  # a new route does not change what the student remembers
-        memory = senses.memory.vector(seen.view)
+        senses.memory = memory  # a new route does not change what the student remembers
+        vector = memory.vector(seen.view)
         who = world.subtask_index.clamp(max=len(self.teacher.networks) - 1)
         decided = senses.decide(self.teacher.networks, who, seen)
-        phase = senses.memory.phase
-        self.knowledge = Knowledge.of(seen.truth, world.navigator.leg_is_done, memory, phase)
+        done, phase = world.navigator.leg_is_done, senses.memory.phase
+        self.knowledge = Knowledge.of(seen.truth, done, vector, phase)
         intent = self.teacher.networks[0].from_units(decided.action)
-        prior = copy.copy(following.prior)
-        prior.memory = copy.deepcopy(following.prior.memory)
-        prior._last_residual, prior._fresh = copy.deepcopy((following.prior._last_residual, following.prior._fresh))
-        return intent, prior(state, intent)
+        return intent, following.copied_prior()(state, intent)
 
-    def _act(self, world: RearrangeWorld, following: Following, state: Tensor, instructions: list[str]) -> Tensor:
+    def _decide(self, world: RearrangeWorld, following: Following, state: Tensor, instructions: list[str]) -> Tensor:
+        """(N, 14) the student's intents."""
         assert self._camera is not None, "a student that sees needs see_through(camera)"
         looks = following.looks
         size = self.student.config.image_size
@@ -124,15 +135,27 @@ class CorrectedStudent:
             if not bool(world.done[env]):
                 pictures[row] = torch.from_numpy(self._camera.picture(env)).permute(2, 0, 1).float() / 255
         words, is_word = self.student.reader.recall(instructions)
-        return following.act(self.student.network, pictures, state, words, is_word)
+        return following.decide(self.student.network, pictures, state, words, is_word)
 
 
-def _in_world(following: Following, world: RearrangeWorld) -> TaskMemory:
-    """The student's memory with its one place in the world's frame instead of that of its odometry."""
-    memory, pose = following.memory.clone(), following.belief.pose
-    cos, sin = pose[:, 2:].cos(), -pose[:, 2:].sin()
-    ahead = turned(memory.from_object_w[:, :2] - pose[:, :2], cos, sin)
+def teacher_leads(seeds: Sequence[int | None], steps: Sequence[int], beta: float) -> Tensor:
+    """(N,) bool: the teacher acts in this stretch of the episode with that seed."""
+    stretches = zip(seeds, steps, strict=True)
+    drawn = [np.random.default_rng([seed or 0, step // _STRETCH_STEPS]).uniform() < beta for seed, step in stretches]
+    return torch.tensor(drawn)
+
+
+def _true_pose(world: RearrangeWorld) -> Tensor:
+    """(N, 3) x, y, yaw of the robots in the world."""
     heading = Heading.of(world.state)
-    xy = turned(ahead, heading.cos[:, None], heading.sin[:, None]) + world.state.link_pos_w[:, 0, :2]
-    memory.from_object_w = torch.cat([xy, memory.from_object_w[:, 2:]], -1)
-    return memory
+    yaw = torch.atan2(heading.sin, heading.cos)
+    return torch.cat([world.state.link_pos_w[:, 0, :2], yaw[:, None]], -1)
+
+
+def _moved(memory: TaskMemory, from_pose: Tensor, to_pose: Tensor) -> TaskMemory:
+    """The memory with its one place in another frame, in which the robot's pose (N, 3) is another one."""
+    moved, turn = memory.clone(), -from_pose[:, 2:]
+    ahead = turned(memory.from_object_w[:, :2] - from_pose[:, :2], turn.cos(), turn.sin())
+    xy = turned(ahead, to_pose[:, 2:].cos(), to_pose[:, 2:].sin()) + to_pose[:, :2]
+    moved.from_object_w = torch.cat([xy, memory.from_object_w[:, 2:]], -1)
+    return moved

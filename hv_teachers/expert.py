@@ -105,9 +105,9 @@ class TeacherExpert(_Does):
         return self.teacher.knowledge
 
 
-def expert_maker(policy: str) -> Callable[[int], PlannerExpert | TeacherExpert | CorrectedStudent]:
+def expert_maker(policy: str, beta: float = 0.0) -> Callable[[int], PlannerExpert | TeacherExpert | CorrectedStudent]:
     """What builds an expert for a number of environments: `planner`, `teacher`, a folder of teachers, or one of a
-    student, who then acts while the teacher says what should be done.
+    student, who then acts while the teacher says what should be done, and acts itself in a share `beta` of the time.
 
     Raises:
         ValueError: it is none of these, or its weights cannot be read.
@@ -115,7 +115,7 @@ def expert_maker(policy: str) -> Callable[[int], PlannerExpert | TeacherExpert |
     if policy == "planner":
         return PlannerExpert
     if (Path(policy) / "config.json").is_file():
-        student = partial(CorrectedStudent, folder=policy)
+        student = partial(CorrectedStudent, folder=policy, beta=beta)
         student(1)
         return student
     if policy != "teacher" and not (Path(policy) / TEACHER_FILES[0]).is_file():

@@ -74,6 +74,7 @@ class RecordingConfig:
         seed: of the whole recording.
         image_size_px: side of the square head camera picture.
         max_episode_steps: control steps (30 a second) after which an attempt ends; None: the world's default.
+        beta: share of the time in which the teacher acts where a student is recorded.
         end_when_fallen: an attempt ends a second after a fall; what follows teaches nothing.
         frame_stride: control steps from one frame to the next; the dataset then has 30 / frame_stride frames a second.
         drop_failed: leave out attempts in which not every object ends at its goal; they are still counted.
@@ -82,11 +83,14 @@ class RecordingConfig:
     seed: int = 0
     image_size_px: int = 128
     max_episode_steps: int | None = None
+    beta: float = 0.0
     end_when_fallen: bool = False
     frame_stride: int = 1
     drop_failed: bool = False
 
     def __post_init__(self) -> None:
+        if not 0 <= self.beta <= 1:
+            raise RecordingError(f"beta: {self.beta} is not valid; valid: 0 to 1")
         if self.frame_stride < 1 or FPS % self.frame_stride:
             raise RecordingError(f"frame_stride: {self.frame_stride} is not valid; valid: a divisor of {FPS}")
 

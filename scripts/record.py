@@ -33,6 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
             image_size_px=options.image_size,
             max_episode_steps=options.max_episode_steps,
             frame_stride=options.frame_stride,
+            beta=options.beta,
             end_when_fallen=options.end_when_fallen,
             drop_failed=options.drop_failed,
         )
@@ -41,7 +42,7 @@ def main(arguments: list[str] | None = None) -> int:
         report = record_shards(
             options.root,
             tasks,
-            expert_maker(options.policy),
+            expert_maker(options.policy, options.beta),
             config,
             repeats=options.repeats,
             num_envs=options.num_envs,
@@ -79,6 +80,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--frame-stride", type=_positive, default=1, help="control steps from one frame to the next: 6 is 5 frames/s"
     )
+    parser.add_argument("--beta", type=float, default=0.0, help="share of the time in which the teacher acts instead")
     parser.add_argument("--end-when-fallen", action="store_true", help="attempts end a second after a fall")
     parser.add_argument(
         "--policy",

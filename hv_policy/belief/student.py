@@ -137,12 +137,17 @@ class Following:
 
     def copy(self) -> Following:
         """The same, from where another future may begin."""
-        prior = copy.copy(self.prior)
-        prior.memory = copy.deepcopy(self.prior.memory)
-        prior._last_residual, prior._fresh = copy.deepcopy((self.prior._last_residual, self.prior._fresh))
+        prior = self.copied_prior()
         belief, memory, way = copy.deepcopy(self.belief), self.memory.clone(), self.way.clone()
         blind, intent = self.blind_steps.clone(), self.intent.clone()
         return Following(belief, memory, prior, list(self.instructions), blind, way, intent)
+
+    def copied_prior(self) -> MotorPrior:
+        """The motor prior in its present state; what the copy does leaves this one alone."""
+        prior = copy.copy(self.prior)
+        prior.memory = copy.deepcopy(self.prior.memory)
+        prior._last_residual, prior._fresh = copy.deepcopy((self.prior._last_residual, self.prior._fresh))
+        return prior
 
     def hear(self, instructions: Sequence[str]) -> None:
         """Begins anew where the instruction is another one, and there alone."""
@@ -160,7 +165,11 @@ class Following:
         return (self.blind_steps >= self.belief.config.look_every).nonzero()[:, 0]
 
     def act(self, network: BeliefNetwork, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor) -> Tensor:
-        """(N, 28) servo targets in rad for this control step.
+        """(N, 28) servo targets in rad for this control step; for the arguments see `decide`."""
+        return self.prior(state, self.decide(network, pictures, state, words, is_word))
+
+    def decide(self, network: BeliefNetwork, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor) -> Tensor:
+        """(N, 14) intents for this control step, which then has to be done with `prior`.
 
         Args:
             network: who acts.
@@ -178,7 +187,7 @@ class Following:
         self.blind_steps[looks] = 1
         places_h = self.belief.now()[0]
         self.intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
-        return self.prior(state, self.intent)
+        return self.intent
 
     def _look(
         self, perception: Perception, ids: Tensor, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor
