@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -93,17 +94,17 @@ class Cast:
         """What to tell whoever asked for somebody who is not there."""
         makers: dict[str, Callable[[], Actor]] = {}
         if (STUDENT_FOLDER / "config.json").is_file():
-            makers["student"] = lambda: ReadingActor(str(STUDENT_FOLDER))
+            makers["student"] = partial(ReadingActor, str(STUDENT_FOLDER))
         if all((WEIGHTS / file).is_file() for file in TEACHER_FILES):
-            makers["teacher"] = lambda: PrivilegedActor("teacher")
-        makers["planner"] = lambda: PrivilegedActor("planner")
+            makers["teacher"] = partial(PrivilegedActor, "teacher")
+        makers["planner"] = partial(PrivilegedActor, "planner")
         if policy not in ("student", "teacher", "planner"):
             folder = Path(policy)
             if not folder.is_dir():
                 raise ValueError(f"policy: {policy!r} is not known; valid: {', '.join(makers)}, or a folder")
             name = folder.resolve().name if folder.resolve().name not in makers else str(folder.resolve())
-            is_teacher = (folder / TEACHER_FILES[0]).is_file()
-            makers = {name: (lambda: PrivilegedActor(policy)) if is_teacher else (lambda: ReadingActor(policy))} | makers
+            kind = PrivilegedActor if (folder / TEACHER_FILES[0]).is_file() else ReadingActor
+            makers = {name: partial(kind, policy), **makers}
             policy = name
         elif policy not in makers:
             instead = next(name for name in ("teacher", "planner") if name in makers)

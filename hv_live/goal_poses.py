@@ -81,7 +81,7 @@ def _candidates(scene: Scene, layout: Layout, name: str, place: Place) -> Iterat
         piece = next(f for f in scene.task.furniture if f.name == place.landmark)
         depth, width, _ = piece.size_m or FURNITURE_KINDS[piece.kind].size_m
         c, s = np.cos(piece.yaw_rad), np.sin(piece.yaw_rad)
-        for beyond in np.arange(float(max(half[:2])) + 0.12, NEAR_M - 0.05, 0.08):
+        for beyond in np.arange(float(max(half[:2])) + 0.12, NEAR_M - 0.05, 0.08).tolist():
             for share in _SHARES[:5]:
                 if place.relation in ("left_of", "right_of"):
                     left = (width / 2 + beyond) * (-1 if place.relation == "left_of" else 1)

@@ -14,8 +14,17 @@ from torch import Tensor
 
 from hv_live.actors import HEAD_SIZE_PX
 from hv_sim.world import RearrangeWorld
-from hv_teachers.dataset_format import ACTION, FPS, HEAD_IMAGE, STATE, RecordingError, digest, features, verify_dataset
-from hv_teachers.dataset_format import FrameDigest
+from hv_teachers.dataset_format import (
+    ACTION,
+    FPS,
+    HEAD_IMAGE,
+    STATE,
+    FrameDigest,
+    RecordingError,
+    digest,
+    features,
+    verify_dataset,
+)
 from hv_teachers.recording import moved_into_place
 
 MAX_FRAMES = 30 * 60 * 30

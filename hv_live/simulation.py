@@ -1,8 +1,8 @@
 """One robot in one room that does what it is told, step by step; no clock, no threads, no network.
 
-    with Simulation("living_room_1", policy="teacher") as live:
-        live.instruct("Take the red toaster from the coffee table to the console table.")
-        live.run(seconds=5)
+with Simulation("living_room_1", policy="teacher") as live:
+    live.instruct("Take the red toaster from the coffee table to the console table.")
+    live.run(seconds=5)
 """
 
 from __future__ import annotations
@@ -57,7 +57,9 @@ class Simulation:
         ValueError: the policy is unknown or cannot be read.
     """
 
-    def __init__(self, task: Task | str | Path = "living_room_1", policy: str | Cast = "student", seed: int = 0) -> None:
+    def __init__(
+        self, task: Task | str | Path = "living_room_1", policy: str | Cast = "student", seed: int = 0
+    ) -> None:
         self.task = task if isinstance(task, Task) else load_task(task)
         self.cast = policy if isinstance(policy, Cast) else Cast(policy)
         self.world = LiveWorld(self.task)
