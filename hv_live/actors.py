@@ -113,6 +113,8 @@ class Cast:
         self.first = policy
         """Who plays at first."""
         self.names = list(makers)
+        self.missing = [name for name in ("student", "teacher") if name not in makers]
+        """Whose weights do not come with this package."""
         self._makers = makers
         self._loaded: dict[str, Actor] = {}
         self.get(self.first)  # what is wrong with it is said at once

@@ -20,6 +20,7 @@ THIRD_PERSON_PX = (360, 576)
 HEAD_PX = (256, 256)
 _JPEG = [cv2.IMWRITE_JPEG_QUALITY, 82]
 _EYE_HEIGHT_M = 0.8
+_WALL_GAP_M, _NEAREST_M = 0.15, 0.7
 
 
 class Painter:
@@ -27,10 +28,11 @@ class Painter:
 
     Args:
         publish: is given each finished picture, as `join_pictures` makes it, in the painter's thread.
+        on_free: is called there when the painter would take another one.
     """
 
-    def __init__(self, publish: Callable[[bytes], None]) -> None:
-        self._publish = publish
+    def __init__(self, publish: Callable[[bytes], None], on_free: Callable[[], None]) -> None:
+        self._publish, self._on_free = publish, on_free
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="hv-live painter")
         self._third_person = CameraRenderer(*THIRD_PERSON_PX, max_scenes=1)
         self._head = CameraRenderer(*HEAD_PX, max_scenes=1)
@@ -61,6 +63,7 @@ class Painter:
             self._job.result()  # what went wrong is not swallowed
         copy(self._data)
         self._job = self._thread.submit(self._draw, camera)
+        self._job.add_done_callback(lambda job: self._on_free())
         return True
 
     def free(self) -> None:
@@ -102,13 +105,23 @@ def join_pictures(third_person: bytes, head: bytes) -> bytes:
     return len(third_person).to_bytes(4, "big") + third_person + head
 
 
-def camera_of(robot_xy_m: tuple[float, float], corner_w: np.ndarray, orbit: Orbit | None) -> mujoco.MjvCamera:
-    """The third-person camera: from the corner, or from where the page's visitor dragged it; it follows the robot."""
+def camera_of(
+    robot_xy_m: tuple[float, float], corner_w: np.ndarray, room_size_m: tuple[float, float], orbit: Orbit | None
+) -> mujoco.MjvCamera:
+    """The third-person camera: from the corner, or from where the page's visitor dragged it; it follows the robot.
+
+    It stays between the walls, which MuJoCo shows as a haze from behind.
+    """
     look_at = np.array([*robot_xy_m, _EYE_HEIGHT_M])
     camera = third_person_camera(look_at, corner_w)
     if orbit is not None:
+        azimuth, elevation = np.radians(orbit.azimuth_deg), np.radians(orbit.elevation_deg)
+        away = -np.cos(elevation) * np.array([np.cos(azimuth), np.sin(azimuth)])
+        walls = np.sign(away) * (np.asarray(room_size_m) / 2 - _WALL_GAP_M)
+        room = (walls - look_at[:2]) / np.where(np.abs(away) < 1e-6, 1e-6, away)
+        farthest = float(np.where(np.abs(away) < 1e-6, np.inf, room).min())
         camera.azimuth, camera.elevation = orbit.azimuth_deg, orbit.elevation_deg
-        camera.distance = orbit.distance_m
+        camera.distance = max(_NEAREST_M, min(orbit.distance_m, farthest))
     return camera
 
 

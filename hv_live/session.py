@@ -78,7 +78,7 @@ class Session:
         self._orbit: protocol.Orbit | None = None
         self._corner_w = np.zeros(3)
         self._clock = Clock()
-        self._painter = Painter(self._publish_picture)
+        self._painter = Painter(self._publish_picture, self._wake.set)
         self._finishing: list[threading.Thread] = []
         self._thread = threading.Thread(target=self._run, name="hv-live session", daemon=True)
         self._thread.start()
@@ -154,13 +154,11 @@ class Session:
             self.step_ms += 0.05 * ((time.perf_counter() - started) * 1e3 - self.step_ms)
             self._clock.tick()
         self._show(live)
-        if not self._paused:
-            self._wait(self._clock.wait_s(), wake=False)
+        while not self._paused and (left_s := self._clock.wait_s()) > 0.0:
+            self._wait(left_s)
+            self._show(live)  # the painter is free again, perhaps
 
-    def _wait(self, seconds: float | None, wake: bool = True) -> None:
-        if not wake:
-            time.sleep(seconds or 0.0)
-            return
+    def _wait(self, seconds: float | None) -> None:
         self._wake.wait(seconds)
         self._wake.clear()
 
@@ -306,7 +304,7 @@ class Session:
 
     def _camera(self, live: Simulation) -> Any:
         x, y, _ = live.world.robot_xy_yaw()
-        return camera_of((x, y), self._corner_w, self._orbit)
+        return camera_of((x, y), self._corner_w, live.task.room.size_m, self._orbit)
 
     def _publish_picture(self, picture: bytes) -> None:
         self.pictures.tick()

@@ -65,7 +65,7 @@ async def _serve(options: argparse.Namespace, task: Task, cast: Cast) -> int:
     tasks = rooms_on_offer(task)
     server = LiveServer(
         lambda publish: Session(tasks, task.name, cast, options.recordings, publish),
-        {"tasks": catalogue(tasks), "policies": cast.names},
+        {"tasks": catalogue(tasks), "policies": [*cast.missing, *cast.names], "missing": cast.missing},
         host=options.host,
         port=options.port,
     )

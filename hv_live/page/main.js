@@ -35,6 +35,10 @@ const HANDLERS = {
       button.type = "button";
       button.textContent = button.title = name;
       button.dataset.name = name;
+      if (message.missing.includes(name)) {
+        button.dataset.missing = "";
+        button.title = `the ${name}'s weights do not come with this package yet`;
+      }
       button.addEventListener("click", () => link.send("policy", { name }));
       return button;
     }));
@@ -81,7 +85,7 @@ const HANDLERS = {
       button.setAttribute("aria-pressed", String(button.dataset.name === message.policy));
     }
     $("slow").hidden = !message.slow;
-    setText("slow", "slower than real time: no control step is skipped");
+    setText("slow", "slower than real time");
     setText("speed", message.paused ? "paused" : `${message.speed.toFixed(2)}× · ${message.pictures_per_s.toFixed(0)} pictures/s`);
     setText("clock", `${message.time_s.toFixed(1)} s · step ${message.step} · ${message.step_ms.toFixed(0)} ms a step`);
     $("camera-home").hidden = message.camera.home || !steers;
@@ -139,7 +143,7 @@ function fillTasks(chosen = $("task").value) {
   if (!hello) return;
   const kind = $("kind").value;
   const shown = hello.tasks.filter((task) => !kind || task.room === kind || task.name === chosen);
-  options($("task"), shown.map((task) => [task.name, kind ? task.name : `${task.name} (${task.room.replace("_", " ")})`]));
+  options($("task"), shown.map((task) => [task.name, kind ? task.name : task.name.startsWith(task.room) ? task.name : `${task.name} · ${task.room.replace("_", " ")}`]));
   $("task").value = chosen;
 }
 
@@ -150,7 +154,9 @@ function options(select, pairs) {
 function setSteers(may) {
   steers = may;
   orbit.enabled = may;
-  for (const element of document.querySelectorAll("main button, main input, main select")) element.disabled = !may;
+  for (const element of document.querySelectorAll("main button, main input, main select")) {
+    element.disabled = !may || "missing" in element.dataset;
+  }
 }
 
 function tell(text) {

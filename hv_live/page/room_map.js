@@ -38,6 +38,8 @@ export class RoomMap {
         const across = Math.abs(Math.sin(piece.yaw)) > 0.7;
         const wide = across ? piece.width : piece.depth, high = across ? piece.depth : piece.width;
         const turned = wide < 0.11 * piece.label.length && high > wide;
+        const size = Math.min(0.2, Math.max(0.12, (turned ? high : wide) / (0.58 * piece.label.length)));
+        upright.setAttribute("font-size", size.toFixed(3));
         upright.setAttribute("transform", `translate(${piece.x} ${-piece.y})${turned ? " rotate(-90)" : ""}`);
       }
     }

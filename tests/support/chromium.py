@@ -77,7 +77,7 @@ class Page:
 
     async def press(self, key: str) -> None:
         """One key."""
-        code, number, text = _KEYS.get(key, (f"Key{key.upper()}", ord(key.upper()), key))
+        code, number, text = _KEYS[key] if key in _KEYS else (f"Key{key.upper()}", ord(key.upper()), key)
         common = {"key": key, "code": code, "windowsVirtualKeyCode": number}
         await self.call("Input.dispatchKeyEvent", type="keyDown", text=text, **common)
         await self.call("Input.dispatchKeyEvent", type="keyUp", **common)
