@@ -61,7 +61,7 @@ class Simulation:
         self, task: Task | str | Path = "living_room_1", policy: str | Cast = "student", seed: int = 0
     ) -> None:
         self.task = task if isinstance(task, Task) else load_task(task)
-        self.cast = policy if isinstance(policy, Cast) else Cast(policy)
+        self.cast = Cast(policy) if isinstance(policy, str) else policy
         self.world = LiveWorld(self.task)
         self.policy = self.cast.first
         self._actor: Actor = self.cast.get(self.policy)
