@@ -24,7 +24,6 @@ from hv_live.simulation import Simulation
 from hv_sim.gl_backend import GLError
 from hv_sim.rendering import best_corner
 from hv_sim.task import Task
-from hv_teachers.dataset_format import RecordingError
 
 PICTURE_S, STATE_S = 1 / 20, 1 / 10
 PAUSED_PICTURE_S = 1.0
@@ -209,7 +208,7 @@ class Session:
                 return
             try:
                 self._do(command)
-            except (ValueError, RecordingError) as error:
+            except ValueError as error:
                 self._say("error", str(error))
 
     def _do(self, command: protocol.Command) -> None:

@@ -9,19 +9,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
 from hv_live.actors import HEAD_SIZE_PX, Actor, Cast
 from hv_live.live_world import LiveWorld
-from hv_live.recorder import LiveRecorder
 from hv_live.understanding import NotUnderstoodError, clean_sentence, understand
 from hv_sim.humanoid import BODY_NAMES, CONTROL_HZ
 from hv_sim.rendering import CameraRenderer
 from hv_sim.task import Task, load_task
 from hv_sim.world import pick_phrasing
 from hv_teachers.episodes import HELD_M, LIFTED_M, NEAR_M, PLACED_M
+
+if TYPE_CHECKING:
+    from hv_live.recorder import LiveRecorder
 
 MOST_SAID = 200
 """Instructions that are remembered."""
@@ -222,6 +225,8 @@ class Simulation:
         Raises:
             hv_teachers.dataset_format.RecordingError: the folder exists.
         """
+        from hv_live.recorder import LiveRecorder  # with LeRobot's datasets, which take seconds to import
+
         if self.recorder is None:
             self.recorder = LiveRecorder(Path(root))
 

@@ -1,17 +1,18 @@
 import pytest
 import torch
+from policy_samples import HEAD, STATE, make_policy
 
 from hv_live import actors
 from hv_live.actors import Cast
 from hv_live.simulation import Simulation
-from policy_samples import HEAD, STATE, make_policy
 
 
 @pytest.fixture(scope="module")
 def checkpoint(tmp_path_factory):
     """An untrained `hv` policy as LeRobot saves it."""
-    from hv_policy.processor_hv import make_hv_pre_post_processors
     from lerobot.configs import FeatureType, PolicyFeature
+
+    from hv_policy.processor_hv import make_hv_pre_post_processors
 
     folder = tmp_path_factory.mktemp("hv") / "my_policy"
     seen = {HEAD: PolicyFeature(FeatureType.VISUAL, (3, 128, 128)), STATE: PolicyFeature(FeatureType.STATE, (223,))}

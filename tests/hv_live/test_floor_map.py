@@ -1,10 +1,10 @@
 import json
 
 import numpy as np
+from live_cast import SpyCast
 
 from hv_live.floor_map import room_message, state_message
 from hv_live.simulation import Simulation
-from live_cast import SpyCast
 
 
 def test_the_room_and_what_is_so_in_it():

@@ -4,15 +4,15 @@ import asyncio
 import os
 from pathlib import Path
 
+import chromium
 import numpy as np
 import pytest
-from PIL import Image
-
-import chromium
 from chromium import Chromium
-from hv_live import protocol
 from live_cast import SpyCast
 from live_server import live_server, until
+from PIL import Image
+
+from hv_live import protocol
 
 pytestmark = pytest.mark.skipif(bool(chromium.MISSING), reason=chromium.MISSING)
 SHOWN = "+document.body.dataset.pictures"
@@ -102,9 +102,8 @@ def test_a_visit(tmp_path):
 
         # the map knows the room, and another room can be chosen
         assert await page.evaluate("document.querySelectorAll('#map .thing').length") == 2
-        await page.evaluate(
-            "(s => { s.value = 'living_room_3'; s.dispatchEvent(new Event('change')); })(document.getElementById('task'))"
-        )
+        choose = "s => { s.value = 'living_room_3'; s.dispatchEvent(new Event('change')); }"
+        await page.evaluate(f"({choose})(document.getElementById('task'))")
         await page.wait_for(f"{text('room-title')}.includes('living_room_3')")
 
         # another tab watches: nothing there can be pressed
@@ -129,7 +128,9 @@ def test_it_fits(tmp_path, width, height, dark):
         before = await page.evaluate(SHOWN)
         await page.wait_for(f"{SHOWN} > {before} + 2")
         assert await page.evaluate("document.documentElement.scrollWidth") <= width, "nothing sticks out"
-        reach = "(b => b.bottom <= innerHeight && b.width > 100)(document.getElementById('text').getBoundingClientRect())"
+        reach = (
+            "(b => b.bottom <= innerHeight && b.width > 100)(document.getElementById('text').getBoundingClientRect())"
+        )
         assert await page.evaluate(reach), "the text box is to be seen without scrolling"
         shot = Path(SHOTS or tmp_path) / f"{width}.png"
         await page.screenshot(shot)

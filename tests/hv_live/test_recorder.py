@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from live_cast import SpyCast
 
 from hv_live.simulation import Simulation
 from hv_teachers.dataset_format import HEAD_IMAGE, VECTOR_COLUMNS, RecordingError
-from live_cast import SpyCast
 
 
 def test_what_happens_becomes_a_lerobot_dataset(tmp_path):

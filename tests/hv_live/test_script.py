@@ -1,9 +1,9 @@
 import av
 import pytest
+from live_cast import SpyCast
 
 from hv_live.script import Line, ScriptError, play_script, read_script
 from hv_live.simulation import Simulation
-from live_cast import SpyCast
 
 SCRIPT = """
 # seconds  what is said
@@ -66,7 +66,10 @@ def test_bad_scripts_are_refused_in_one_line(tmp_path, text, word):
 
 
 def test_what_cannot_be_done_ends_the_film_and_leaves_none(tmp_path):
-    with Simulation("living_room_1", SpyCast("teacher")) as live, pytest.raises(ScriptError, match=r"at 0\.1 s: 'dance'"):
+    with (
+        Simulation("living_room_1", SpyCast("teacher")) as live,
+        pytest.raises(ScriptError, match=r"at 0\.1 s: 'dance'"),
+    ):
         play_script(live, [Line(0.1, text="dance")], tmp_path / "film.mp4")
     assert not list(tmp_path.iterdir())
     with pytest.raises(ScriptError, match="cannot be read"):

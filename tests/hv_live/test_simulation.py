@@ -3,10 +3,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from live_cast import SpyCast
 
 from hv_live.simulation import Simulation
 from hv_live.understanding import NotUnderstoodError
-from live_cast import SpyCast
 
 OTHER = "Put the toaster on the console table."
 
@@ -55,7 +55,7 @@ def finish(live):
     world.physics.reset([0], [qpos])
     for _ in range(80):
         live.step()
-        if live.said[-1].text != subtask.instruction and live.said[-1].status == "now" or live.done:
+        if (live.said[-1].text != subtask.instruction and live.said[-1].status == "now") or live.done:
             return
 
 

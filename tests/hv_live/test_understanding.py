@@ -6,6 +6,7 @@ import pytest
 from hv_live.goal_poses import goal_pose
 from hv_live.understanding import NotUnderstoodError, clean_sentence, understand
 from hv_sim.navigation import sides_with_room
+from hv_sim.objects import OBJECT_KINDS
 from hv_sim.places import Place, layout_at
 from hv_sim.scene import compile_scene
 from hv_sim.suites import load_suite
@@ -82,9 +83,7 @@ def test_which_one_is_asked():
     kinds = [o.kind for o in task.objects]
     twin = next(o for o in task.objects if kinds.count(o.kind) > 1)
     scene, layout = compile_scene(task), layout_at(task, 0)
-    from hv_sim.objects import OBJECT_KINDS
-
-    with pytest.raises(NotUnderstoodError, match="which one: .* or "):
+    with pytest.raises(NotUnderstoodError, match=r"which one: .* or "):
         understand(f"Put the {OBJECT_KINDS[twin.kind].noun} on the floor.", scene, layout)
 
 

@@ -15,7 +15,9 @@ from hv_scripts import live
 
 def test_it_serves_this_machine_alone_until_it_is_told_to_end(tmp_path):
     command = [sys.executable, "-m", "hv_scripts.live", "--port=0", "--no-browser", "--policy=planner"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=tmp_path) as process:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=tmp_path
+    ) as process:
         try:
             assert process.stdout is not None
             line = process.stdout.readline()

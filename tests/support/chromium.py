@@ -1,4 +1,4 @@
-"""Debian's Chromium without a screen, driven over its debugging protocol: pages that tests look at as a person would."""
+"""Debian's Chromium without a screen, driven over its debugging protocol: pages looked at as a person would."""
 
 import asyncio
 import base64

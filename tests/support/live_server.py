@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import aiohttp
+from live_cast import SpyCast
 
 from hv_live.rooms_on_offer import catalogue
 from hv_live.server import LiveServer
 from hv_live.session import Session
 from hv_sim.task import load_task
-from live_cast import SpyCast
 
 
 @asynccontextmanager
