@@ -7,7 +7,7 @@ import { RoomMap } from "/page/room_map.js";
 const $ = (id) => document.getElementById(id);
 const NOTICE_MS = 9000;
 const MARKS = { now: "▸", done: "✓", left: "–" };
-const BY = { task: "task", you: "you", instructor: "Algorithm 3" };
+const BY = { task: "task", you: "you", instructor: "instructor" };
 
 let hello = null, state = null, steers = false, noticeTimer = 0, pictures = 0, drawing = 0;
 
@@ -181,7 +181,7 @@ function notice(text, isError) {
   clearTimeout(noticeTimer);
   $("notice").hidden = !text;
   $("notice").classList.toggle("error", isError);
-  setText("notice", text);
+  setText("notice", text.charAt(0).toUpperCase() + text.slice(1));
   if (text) noticeTimer = setTimeout(() => { $("notice").hidden = true; }, NOTICE_MS);
 }
 

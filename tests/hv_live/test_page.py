@@ -97,7 +97,7 @@ def test_a_visit(tmp_path):
         await page.click("#text")
         await page.type("dance")
         await page.press("Enter")
-        await page.wait_for(f"{text('notice')}.includes('needs an object and a place')")
+        await page.wait_for(f"{text('notice')}.includes('The teacher needs an object and a place')")
         assert not await page.evaluate("document.getElementById('notice').hidden")
 
         # the map knows the room, and another room can be chosen
