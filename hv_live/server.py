@@ -7,6 +7,7 @@ trusted: messages are small, counted and checked, the number of sockets is bound
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import hmac
 import ipaddress
 import secrets
@@ -186,9 +187,11 @@ class LiveServer:
         try:
             await self._listen(visitor)
         finally:
-            sending.cancel()
             self.visitors.leave(visitor)
             self.session.set_visitors(len(self.visitors))
+            sending.cancel()
+            with contextlib.suppress(asyncio.CancelledError, ConnectionError):
+                await sending
         return socket
 
     async def _listen(self, visitor: Visitor) -> None:

@@ -21,12 +21,12 @@ from hv_live.clock import Clock, Rate
 from hv_live.floor_map import room_message, state_message
 from hv_live.painter import Painter, camera_of
 from hv_live.simulation import Simulation
-from hv_sim.gl_backend import GLError
 from hv_sim.rendering import best_corner
 from hv_sim.task import Task
 
 PICTURE_S, STATE_S = 1 / 20, 1 / 10
 PAUSED_PICTURE_S = 1.0
+AFTER_ERROR_S = 2.0
 MOST_WAITING = 64
 """Commands that wait for the next control step; further ones are refused."""
 REAL_TIME = 0.95
@@ -121,11 +121,11 @@ class Session:
             while not self._closing:
                 try:
                     self._turn()
-                except (GLError, ValueError, RuntimeError, OSError) as error:
-                    self._say("error", f"The simulation stopped: {' '.join(str(error).split())[:300]}")
+                except Exception as error:  # whatever a policy does, the page goes on and says so
+                    reason = " ".join(str(error).split())[:300] or type(error).__name__
+                    self._say("error", f"The simulation stopped and begins anew: {reason}")
                     self._free()
-                    self._paused = True
-                    self._wait(1.0)
+                    self._wait(AFTER_ERROR_S)
         finally:
             self._free()
             for thread in self._finishing:

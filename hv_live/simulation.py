@@ -147,6 +147,8 @@ class Simulation:
         picture = self.head_picture() if self._actor.sees or self.recorder is not None else None
         [self.last_told] = world.instructions()
         intent, targets = self._actor.act(world, picture)
+        if not bool(targets.isfinite().all()):
+            raise ValueError(f"policy {self.policy}: its joint targets are not finite")
         if self.recorder is not None and picture is not None and not self.recorder.is_full:
             self.recorder.add(world, picture, intent, targets)
         world.step(targets)

@@ -63,7 +63,8 @@ def understand(sentence: str, scene: Scene, layout: Layout) -> SubTask:
     goals = [g for g in meant.goals if g.landmark != name]
     if not goals:
         tops = [FURNITURE_KINDS[f.kind].noun for f in layout.task.furniture if f.name in layout.surfaces]
-        raise NotUnderstoodError(f"no place of this room is named, such as on the {tops[0]}" if tops else "no place")
+        such_as = f", such as on the {tops[0]}" if tops else ""
+        raise NotUnderstoodError(f"no place of this room is named{such_as}")
     if len({(g.relation, g.landmark) for g in goals}) > 1 and len({g.landmark for g in goals}) > 1:
         where = _listed([g.landmark.replace("_", " ") for g in goals], "or")
         raise NotUnderstoodError(f"which place: {where}?")
