@@ -14,7 +14,7 @@ import time
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -40,6 +40,7 @@ from hv_teachers.dataset_format import (
     features,
     verify_dataset,
 )
+from hv_teachers.glances import glance_around, no_action
 from hv_teachers.knowledge import KNOWLEDGE_COLUMNS, Knowledge
 
 REPORT_FILE = "meta/hv_recording.json"
@@ -74,6 +75,8 @@ class RecordingConfig:
         seed: of the whole recording.
         image_size_px: side of the square head camera picture.
         max_episode_steps: control steps (30 a second) after which an attempt ends; None: the world's default.
+        glances: pictures from random places to be recorded of each task instead of an attempt (`hv_teachers.glances`);
+            0 for attempts.
         beta: share of the time in which the teacher acts where a student is recorded.
         end_when_fallen: an attempt ends a second after a fall; what follows teaches nothing.
         frame_stride: control steps from one frame to the next; the dataset then has 30 / frame_stride frames a second.
@@ -83,6 +86,7 @@ class RecordingConfig:
     seed: int = 0
     image_size_px: int = 128
     max_episode_steps: int | None = None
+    glances: int = 0
     beta: float = 0.0
     end_when_fallen: bool = False
     frame_stride: int = 1
@@ -255,7 +259,7 @@ def _record_attempts(
         with tqdm(total=len(wanted), desc="Recording", unit="episode", disable=not show) as progress:
             for group in _groups(wanted, config, num_envs):
                 started = time.perf_counter()
-                rolled = roll_attempts(group, make_expert, config)
+                rolled = roll_glances(group, config) if config.glances else roll_attempts(group, make_expert, config)
                 report.rollout_s += time.perf_counter() - started
                 for attempt, frames in rolled:
                     started = time.perf_counter()
@@ -312,6 +316,32 @@ def roll_attempts(
             camera.forget()
     finally:
         renderer.close()
+    return _outcomes(attempts, world, frames)
+
+
+def roll_glances(
+    attempts: Sequence[tuple[Task, int]], config: RecordingConfig
+) -> list[tuple[Attempt, list[dict[str, Any]]]]:
+    """As `roll_attempts`, but `config.glances` pictures from random places instead (`hv_teachers.glances`)."""
+    seeds = [attempt_seed(config.seed, task.name, repeat) for task, repeat in attempts]
+    renderer = CameraRenderer(config.image_size_px, config.image_size_px)
+    frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
+    try:
+        for world, knowledge in glance_around([task for task, _ in attempts], seeds, config.glances):
+            arrays, instructions = _columns(world, knowledge, *no_action(world)), world.instructions()
+            for env, image in enumerate(renderer.render_batch(world.physics)):
+                row = {key: value[env].copy() for key, value in arrays.items()}
+                frames[env].append({HEAD_IMAGE: image, **row, "task": instructions[env]})
+    finally:
+        renderer.close()
+    outcomes = _outcomes(attempts, world, frames)
+    return [(replace(attempt, seed=seed), rows) for (attempt, rows), seed in zip(outcomes, seeds, strict=True)]
+
+
+def _outcomes(
+    attempts: Sequence[tuple[Task, int]], world: RearrangeWorld, frames: list[list[dict[str, Any]]]
+) -> list[tuple[Attempt, list[dict[str, Any]]]]:
+    """What became of each attempt, and its frames."""
     outcomes = [
         Attempt(
             task=record.task,

@@ -33,6 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
             image_size_px=options.image_size,
             max_episode_steps=options.max_episode_steps,
             frame_stride=options.frame_stride,
+            glances=options.glances,
             beta=options.beta,
             end_when_fallen=options.end_when_fallen,
             drop_failed=options.drop_failed,
@@ -79,6 +80,9 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--max-episode-steps", type=_positive, help="control steps (30 a second) of an attempt")
     parser.add_argument(
         "--frame-stride", type=_positive, default=1, help="control steps from one frame to the next: 6 is 5 frames/s"
+    )
+    parser.add_argument(
+        "--glances", type=int, default=0, help="pictures from random places, so many a task; no attempts"
     )
     parser.add_argument("--beta", type=float, default=0.0, help="share of the time in which the teacher acts instead")
     parser.add_argument("--end-when-fallen", action="store_true", help="attempts end a second after a fall")

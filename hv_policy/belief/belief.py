@@ -33,12 +33,16 @@ class BeliefConfig:
         look_every: control steps from one picture that is looked at to the next.
         correlation: pictures that follow each other err alike: the variance of one counts so many times.
         drift: error of odometry, m for each m.
+        searching_m: an object or goal that is less certain than this is looked for by turning round.
+        search_rad: how far the robot turns for that at most, for one instruction; then it goes by its best guess.
         unrest: deviation by which everything may change in one control step, m.
         doubt: deviation of an object that was lost, m.
     """
 
     look_every: int = 3
     correlation: float = 4.0
+    searching_m: float = 0.9
+    search_rad: float = 7.0
     drift: float = 0.03
     unrest: float = 0.003
     doubt: float = 0.7

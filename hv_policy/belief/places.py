@@ -36,8 +36,15 @@ GROUPS = (
     PICK, PICK_TURN, PLACE, PLACE_TURN, DEPTH,
 )  # fmt: skip
 """Numbers that are equally uncertain, whichever way the robot has turned."""
+OBJECT_GROUP, GOAL_GROUP = 0, 2
+"""Which of them say where the object and its goal are in the room."""
 _POINTS = (slice(0, 2), slice(3, 5), PICK, PLACE)
 _DIRECTIONS = (slice(6, 8), slice(9, 11), PICK_TURN, PLACE_TURN)
+
+PRIOR_SPREAD = torch.tensor([
+    1.7, 1.7, 0.6, 1.9, 1.9, 0.6, 0.4, 0.4, 0.1, 0.3, 0.3, 0.7, 1.7, 1.7, 0.75, 0.75, 1.8, 1.8, 0.75, 0.75, 0.5
+])  # fmt: skip
+"""(21,) deviation of squashed places over all places of all rooms: what is known without looking."""
 
 _FAR_M = 0.5
 _IS_FAR = torch.zeros(PLACES_DIM, dtype=torch.bool)

@@ -21,10 +21,13 @@ from hv_policy.belief.places import (
     AWAY,
     FLAGS,
     GOAL,
+    GOAL_GROUP,
     IS_LAST,
     OBJECT,
+    OBJECT_GROUP,
     PICK,
     PLACE,
+    PRIOR_SPREAD,
     WAY_DIM,
     WAYPOINT,
     squash,
@@ -38,13 +41,16 @@ from hv_policy.decision.memory import TaskMemory
 from hv_policy.decision.network import DecisionConfig, DecisionNetwork, hand_anchors, sight
 from hv_policy.decision.view import Phase
 from hv_policy.decision.weights import load_decision
+from hv_policy.motor.embodiment import CONTROL_DT_S
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_policy.motor.proprioception import BodyState, read_proprioception
+from hv_policy.motor.reference import GAZE, VELOCITY
 
 DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
 LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD = 0.02, 1.5
 UNKNOWN_SHARE = 0.15
+SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
 
 
 class BeliefNetwork(nn.Module):
@@ -122,6 +128,8 @@ class Following:
     """(N,) control steps since the last look at a picture."""
     way: Tensor
     """(N, 8) as `hv_policy.belief.places` has it, but in the frame of the belief's pose."""
+    searched_rad: Tensor
+    """(N,) how far the robot has turned round, looking for something, since the instruction."""
     intent: Tensor
     """(N, 14) the last one."""
 
@@ -133,14 +141,15 @@ class Following:
         prior.reset()
         blind = torch.full((n,), config.look_every)
         memory, way = TaskMemory.of(n), torch.zeros(n, WAY_DIM)
-        return Following(Belief(n, config), memory, prior, list(instructions), blind, way, torch.zeros(n, 14))
+        belief, searched, intent = Belief(n, config), torch.zeros(n), torch.zeros(n, 14)
+        return Following(belief, memory, prior, list(instructions), blind, way, searched, intent)
 
     def copy(self) -> Following:
         """The same, from where another future may begin."""
         prior = self.copied_prior()
         belief, memory, way = copy.deepcopy(self.belief), self.memory.clone(), self.way.clone()
-        blind, intent = self.blind_steps.clone(), self.intent.clone()
-        return Following(belief, memory, prior, list(self.instructions), blind, way, intent)
+        blind, searched, intent = self.blind_steps.clone(), self.searched_rad.clone(), self.intent.clone()
+        return Following(belief, memory, prior, list(self.instructions), blind, way, searched, intent)
 
     def copied_prior(self) -> MotorPrior:
         """The motor prior in its present state; what the copy does leaves this one alone."""
@@ -157,6 +166,7 @@ class Following:
             self.belief.forget(ids)
             self.memory.reset(ids)
             self.blind_steps[ids] = self.belief.config.look_every
+            self.searched_rad[ids] = 0.0
             self.instructions = list(instructions)
 
     @property
@@ -186,8 +196,28 @@ class Following:
         self.blind_steps += 1
         self.blind_steps[looks] = 1
         places_h = self.belief.now()[0]
-        self.intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
+        remembered = self.memory.clone()
+        intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
+        self.intent = self._search(intent, remembered)
         return self.intent
+
+    def _search(self, intent: Tensor, remembered: TaskMemory) -> Tensor:
+        """(N, 14) the intent; but where it is not known where the object or, once that is carried, its goal is, the
+        robot turns round on the spot, and remembers what it did before (`remembered`)."""
+        c, phase = self.belief.config, remembered.phase
+        spread = self.belief.variance.sqrt()
+        to_object, carries = phase <= Phase.ALIGN, phase == Phase.CARRY
+        unknown = torch.where(carries, spread[:, GOAL_GROUP], spread[:, OBJECT_GROUP]) > c.searching_m
+        searches = (to_object | carries) & unknown & (self.searched_rad < c.search_rad)
+        if not bool(searches.any()):
+            return intent
+        rate = torch.where(carries, CARRYING_TURN_RAD_S, SEARCHING_TURN_RAD_S)
+        self.searched_rad = self.searched_rad + rate * CONTROL_DT_S * searches
+        looking = intent.clone()
+        looking[:, VELOCITY] = torch.stack([torch.zeros_like(rate), torch.zeros_like(rate), rate], -1)
+        looking[:, GAZE] = torch.tensor([0.0, 0.4])
+        self.memory = remembered.where(searches, self.memory)
+        return torch.where(searches[:, None], looking, intent)
 
     def _look(
         self, perception: Perception, ids: Tensor, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor
@@ -195,7 +225,10 @@ class Following:
         """Takes in the pictures of environments `ids` (n,); all arguments are theirs."""
         seen = perception(pictures, state, words, is_word)
         places = unsquash(seen.places)
-        self.belief.measure(ids, places, seen.log_spread.exp() * stretch(places))
+        # what the network knows without looking must not count anew with every picture
+        known = (-2 * PRIOR_SPREAD.log()).exp() * (self.searched_rad[ids] < self.belief.config.search_rad)[:, None]
+        told = ((-2 * seen.log_spread).exp() - known.to(places)).clamp(min=1e-4)
+        self.belief.measure(ids, places, told.rsqrt() * stretch(places))
         places_h, log_spread = self.belief.now()
         phase, clock = self.memory.phase[ids], self.memory.clock_s[ids]
         features = belief_features(squash(places_h[ids]), log_spread[ids], phase, clock)
