@@ -95,11 +95,11 @@ class BeliefNetwork(nn.Module):
             figures = {
                 "seeing_loss": seeing.mean().item(),
                 "way_loss": going.mean().item(),
-                "object_error_m": _median(error[:, OBJECT][:, :2]),
-                "near_object_error_m": _median(error[near][:, OBJECT][:, :2]),
-                "goal_error_m": _median(error[:, GOAL][:, :2]),
-                "stand_error_m": _median(error[:, PICK]),
-                "waypoint_error_m": _median((unsquash_waypoint(predicted[:, WAYPOINT]) - way[:, WAYPOINT]).abs()),
+                "object_error_m": _median(error[:, OBJECT][:, :2].norm(dim=1)),
+                "near_object_error_m": _median(error[near][:, OBJECT][:, :2].norm(dim=1)),
+                "goal_error_m": _median(error[:, GOAL][:, :2].norm(dim=1)),
+                "stand_error_m": _median(error[:, PICK].norm(dim=1)),
+                "waypoint_error_m": _median((unsquash_waypoint(predicted[:, WAYPOINT]) - way[:, WAYPOINT]).norm(dim=1)),
                 "flags_wrong": ((predicted[:, FLAGS] > 0) != (way[:, FLAGS] > 0.5)).float().mean().item(),
             }
         return seeing + going, figures
