@@ -27,6 +27,8 @@ MAX_SOCKETS, MAX_VISITORS = 256, 16
 SILENT_S = 15.0
 """A socket that has not said what it wants by then is closed."""
 HEARTBEAT_S = 10.0
+END_S = 2.0
+"""So long the server waits at its end for what is still being answered."""
 MAX_BAD_MESSAGES = 50
 """So many messages that are not understood, or too many, and the visitor is shown out."""
 _COOKIE = "hv_live"
@@ -92,7 +94,7 @@ class LiveServer:
         app.router.add_get("/page/{name}", self._page)
         app.router.add_get("/status", self._status)
         app.router.add_get("/live", self._live)
-        self._runner = web.AppRunner(app, keepalive_timeout=SILENT_S, access_log=None)
+        self._runner = web.AppRunner(app, keepalive_timeout=SILENT_S, access_log=None, shutdown_timeout=END_S)
         await self._runner.setup()
         protocols = self._runner.server
         assert protocols is not None
@@ -175,7 +177,9 @@ class LiveServer:
     async def _live(self, request: web.Request) -> web.StreamResponse:
         if len(self.visitors) >= MAX_VISITORS:
             return web.Response(status=503, text=f"visitors: {MAX_VISITORS} are here already\n")
-        socket = web.WebSocketResponse(heartbeat=HEARTBEAT_S, max_msg_size=MAX_MESSAGE_BYTES, compress=False)
+        socket = web.WebSocketResponse(
+            heartbeat=HEARTBEAT_S, timeout=END_S, max_msg_size=MAX_MESSAGE_BYTES, compress=False
+        )
         await socket.prepare(request)
         assert self.session is not None
         visitor = Visitor(socket)
