@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from hv_policy.decision.memory import TaskMemory
+from hv_policy.motor.reference import standing_pose
 from hv_sim.humanoid import JOINT_NAMES, ROBOT_NQ
 from hv_sim.paths import ROBOT_RADIUS_M
 from hv_sim.scene import Scene
@@ -26,6 +27,14 @@ VIEWS_PER_PLACE = 3
 GAZE_YAW_RAD, GAZE_PITCH_RAD = (-0.7, 0.7), (-0.1, 0.9)
 _NECK_YAW, _NECK_PITCH = (7 + JOINT_NAMES.index(name) for name in ("neck_z", "neck_y"))
 _MOVED_SHARE, _MOVED_M = 0.3, 0.15
+_NEAR_SHARE, _NEAR_M = 0.5, 1.5
+"""So often the robot stands near the object or its goal."""
+_FACING_SHARE, _FACING_RAD = 0.5, 0.9
+"""So often it has the object or the goal about before it."""
+_WORKING_SHARE = 0.5
+"""So often it is bent and has its hands somewhere before it."""
+_HEIGHT_M, _PITCH_RAD = (0.5, 0.86), (0.0, 1.2)
+_HANDS_LOW_M, _HANDS_HIGH_M = (0.15, 0.05, 0.2), (0.55, 0.35, 1.2)
 
 
 def glance_around(
@@ -50,8 +59,8 @@ def glance_around(
     for number in range(glances):
         if number % VIEWS_PER_PLACE == 0:
             places = [_place(world, env, rngs[env], free[env], number / glances) for env in everyone]
-        starts = [_turned(qpos, rng) for qpos, rng in zip(places, rngs, strict=True)]
-        world.show(starts, plan=number % VIEWS_PER_PLACE == 0)
+        starts = [_turned(place, rng) for place, rng in zip(places, rngs, strict=True)]
+        world.show(_postured(starts, rngs), plan=number % VIEWS_PER_PLACE == 0)
         routes.follow(world)
         view = routes.view(world)
         memory = TaskMemory.of(world.num_envs)
@@ -59,8 +68,11 @@ def glance_around(
         yield world, knowledge
 
 
-def _place(world: RearrangeWorld, env: int, rng: np.random.Generator, free: np.ndarray, share: float) -> np.ndarray:
-    """(nq,) the scene with the robot at a free place, at a sub-task that comes after a `share` of the glances."""
+def _place(
+    world: RearrangeWorld, env: int, rng: np.random.Generator, free: np.ndarray, share: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """(nq,) the scene with the robot at a free place, at a sub-task that comes after a `share` of the glances; and
+    (2,) the object's or the goal's place, m, world."""
     scene, subtasks = world.scenes[env], len(world.tasks[env].subtasks)
     subtask = min(int(share * subtasks), subtasks - 1)
     world.instructor.num_finished[env] = subtask
@@ -75,16 +87,47 @@ def _place(world: RearrangeWorld, env: int, rng: np.random.Generator, free: np.n
         objects[:, :2] += rng.uniform(-_MOVED_M, _MOVED_M, (len(objects), 2))
     apart = np.linalg.norm(free[:, None] - objects[None, :, :2], axis=-1).min(1)
     far = free[apart > 0.4] if (apart > 0.4).any() else free
+    aim = (objects[int(scene.subtask_object[subtask]), :2], scene.goal_pos_w[subtask][:2])[rng.integers(2)].copy()
+    if rng.uniform() < _NEAR_SHARE:
+        near = far[np.linalg.norm(far - aim, axis=-1) < _NEAR_M]
+        far = near if len(near) else far
     qpos[:2] = far[rng.integers(len(far))] + rng.uniform(-0.05, 0.05, 2)
-    return qpos
+    return qpos, aim
 
 
-def _turned(qpos: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """(nq,) the same, the robot turned and looking anywhere."""
+def _turned(place: tuple[np.ndarray, np.ndarray], rng: np.random.Generator) -> np.ndarray:
+    """(nq,) the state of a `_place`, the robot turned and looking anywhere, or about to where it leads."""
+    qpos, aim = place
     turned, yaw = qpos.copy(), rng.uniform(-np.pi, np.pi)
+    if rng.uniform() < _FACING_SHARE:
+        ahead = aim - qpos[:2]
+        yaw = np.arctan2(ahead[1], ahead[0]) + rng.uniform(-_FACING_RAD, _FACING_RAD)
     turned[3:7] = np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)
     turned[_NECK_YAW], turned[_NECK_PITCH] = rng.uniform(*GAZE_YAW_RAD), rng.uniform(*GAZE_PITCH_RAD)
     return turned
+
+
+def _postured(states: Sequence[np.ndarray], rngs: Sequence[np.random.Generator]) -> list[np.ndarray]:
+    """(nq,) each: the same, some of them bent as if at work, so that a posture says nothing of where the object is."""
+    drawn = [
+        (rng.uniform(*_HEIGHT_M), rng.uniform(*_PITCH_RAD), rng.uniform(_HANDS_LOW_M, _HANDS_HIGH_M, (2, 3)))
+        for rng in rngs
+    ]
+    height, pitch, hands = (torch.tensor(np.array(x), dtype=torch.float32) for x in zip(*drawn, strict=True))
+    hands = hands * torch.tensor([[[1.0, -1.0, 1.0], [1.0, 1.0, 1.0]]])  # the right one is on the right
+    joints, lean = (x.double().numpy() for x in standing_pose(height, pitch, hands))
+    shown = []
+    for env, (state, rng) in enumerate(zip(states, rngs, strict=True)):
+        state = state.copy()
+        if rng.uniform() < _WORKING_SHARE:
+            neck = state[[_NECK_YAW, _NECK_PITCH]]
+            state[7:ROBOT_NQ] = joints[env]
+            state[[_NECK_YAW, _NECK_PITCH]] = neck
+            state[2] = height[env]
+            (w, _, _, z), c, s = state[3:7], np.cos(lean[env] / 2), np.sin(lean[env] / 2)
+            state[3:7] = w * c, -z * s, w * s, z * c  # turned about z, then leant about its own y
+        shown.append(state)
+    return shown
 
 
 def _free_places(scene: Scene) -> np.ndarray:

@@ -60,11 +60,10 @@ class Perception(nn.Module):
         self.ray = nn.Sequential(nn.Linear(RAY_DIM, dim), nn.GELU(), nn.Linear(dim, dim))
         self.state = nn.Sequential(nn.Linear(state_size, 2 * dim), nn.GELU(), nn.Linear(2 * dim, dim))
         self.queries = nn.Parameter(torch.randn(size.queries, dim) * 0.5)
-        self.state_to_queries = nn.Linear(dim, size.queries * dim)
         self.fusion = nn.ModuleList(FusionLayer(dim, size.heads) for _ in range(size.fusion_layers))
         self.point_query, self.point_key = nn.Linear(dim, dim), nn.Linear(dim, dim)
         self.join = nn.Sequential(
-            nn.Linear(size.queries * (dim + RAY_DIM) + dim, size.hidden),
+            nn.Linear(size.queries * (dim + RAY_DIM), size.hidden),
             nn.GELU(),
             nn.Linear(size.hidden, size.hidden),
             nn.GELU(),
@@ -81,6 +80,9 @@ class Perception(nn.Module):
     def forward(self, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor) -> Measurement:
         """What the pictures say.
 
+        Of the body only the pose of the head counts here. Arms that reach out were in training always in front of the
+        object: a network that could feel them believed it to be there, and reached for nothing.
+
         Args:
             pictures: (B, 3, H, W), 0..1.
             state: (B, 223) proprioception.
@@ -92,13 +94,12 @@ class Perception(nn.Module):
         with torch.autocast(pictures.device.type, torch.bfloat16, enabled=half):
             tokens = self.image(pictures)
         tokens = tokens.float() + self.ray(rays)
-        feeling = self.feel(state)
-        queries = self.queries + self.state_to_queries(feeling).unflatten(1, self.queries.shape)
+        queries = self.queries.expand(len(tokens), -1, -1)
         for layer in self.fusion:
             queries = layer(queries, words, is_word, tokens, None)
         scores = self.point_query(queries) @ self.point_key(tokens).transpose(1, 2)
         pointed = (scores / tokens.shape[-1] ** 0.5).softmax(-1) @ rays
-        impression = self.join(torch.cat([torch.cat([queries, pointed], -1).flatten(1), feeling], 1))
+        impression = self.join(torch.cat([queries, pointed], -1).flatten(1))
         places, log_spread = self.measure(impression).chunk(2, -1)
         return Measurement(places, log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD), impression)
 
