@@ -26,7 +26,7 @@ from torch import Tensor
 from tqdm import tqdm
 
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M
-from hv_sim.rendering import CameraRenderer
+from hv_sim.physics_backends import check_backend, make_renderer
 from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
 from hv_teachers.dataset_format import (
@@ -63,12 +63,20 @@ class RecordingConfig:
         image_size_px: side of the square head camera picture.
         max_episode_steps: control steps (30 a second) after which an attempt ends; None: the world's default.
         drop_failed: leave out attempts in which not every object ends at its goal; they are still counted.
+        physics: one of `hv_sim.physics_backends.BACKENDS`; it also says who renders.
+
+    Raises:
+        ValueError: there is no such physics.
     """
 
     seed: int = 0
     image_size_px: int = 128
     max_episode_steps: int | None = None
     drop_failed: bool = False
+    physics: str = "cpu"
+
+    def __post_init__(self) -> None:
+        check_backend(self.physics)
 
 
 @dataclass
@@ -95,6 +103,10 @@ class RecordingReport:
     rollout_s: float = 0.0
     writing_s: float = 0.0
     checking_s: float = 0.0
+    damaged: int = 0
+    """Shards that were found damaged, and recorded again."""
+    doubled: int = 0
+    """Shards that held what others held, and were thrown away."""
 
     @property
     def num_failed(self) -> int:
@@ -262,11 +274,11 @@ def roll_attempts(
     """
     tasks = [task for task, _ in attempts]
     seeds = [attempt_seed(config.seed, task.name, repeat) for task, repeat in attempts]
-    world = RearrangeWorld(tasks, max_episode_steps=config.max_episode_steps)
+    world = RearrangeWorld(tasks, max_episode_steps=config.max_episode_steps, physics=config.physics)
     world.reset(seeds=seeds)
     expert = make_expert(len(attempts))
     expert.reset()
-    camera = CameraRenderer(config.image_size_px, config.image_size_px)
+    camera = make_renderer(config.physics, config.image_size_px, config.image_size_px)
     frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
     try:
         while not bool(world.done.all()):
@@ -351,6 +363,6 @@ def read_attempts(file: Path, config: RecordingConfig) -> list[Attempt]:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RecordingError(f"dataset {root}: cannot be resumed, {REPORT_FILE} is missing or damaged") from error
     for name, value in asdict(config).items():
-        if before.get(name) != value:
+        if before.get(name, "cpu" if name == "physics" else None) != value:
             raise RecordingError(f"dataset {root}: was recorded with {name}={before.get(name)}, not {value}")
     return attempts
