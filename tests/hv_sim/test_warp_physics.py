@@ -1,7 +1,8 @@
 """Warp's physics on its CPU device against `mujoco.batch`: the same robots, rooms, sizes, masses, resets.
 
 Tolerances are three to ten times what was measured: 0.3 mm and 0.4 mrad after a second on the very same models, where
-only 32 bits make the difference, and see `APART_M` for the models as they are shipped.
+only 32 bits make the difference, and 16 mm from the models as they are shipped. The same batch gives the same bits run
+after run; in other company the last bit of a sum may differ (1e-7 after a step, under 1 mm after a second).
 """
 
 import numpy as np
@@ -92,33 +93,41 @@ def test_a_second_is_near_that_of_the_shipped_models(models, second):
     assert torch.equal(second.body_contact, expected.body_contact)
 
 
+def assert_near(state: PhysicsState, expected: PhysicsState, rows: list[int], other_rows: list[int]) -> None:
+    for name, tolerance in SAME_MODEL.items():
+        found, wanted = getattr(state, name)[rows], getattr(expected, name)[other_rows]
+        torch.testing.assert_close(found, wanted, atol=tolerance, rtol=0, msg=name)
+
+
 @pytest.mark.slow
-def test_results_do_not_depend_on_the_company(models, second):
-    for env in (0, 1):
-        physics = begun([models[env]], [starts(3)[env]])
-        for target in targets(3, SECOND):
-            physics.step(target[env : env + 1])
-        alone = physics.state()
-        for name in FIELDS:
-            assert torch.equal(getattr(alone, name)[0], getattr(second, name)[env]), name
+def test_run_after_run_is_the_same(models, second):
+    again = rollout(begun(models))
+    for name in FIELDS:
+        assert torch.equal(getattr(again, name), getattr(second, name)), name
+
+
+@pytest.mark.slow
+def test_company_makes_no_difference_but_rounding(models, second):
+    physics = begun([models[1]], [starts(3)[1]])
+    for target in targets(3, SECOND):
+        physics.step(target[1:2])
+    assert_near(physics.state(), second, [0], [1])
 
 
 @pytest.mark.slow
 def test_a_reset_forgets_what_was_and_leaves_the_others_running(models, second):
     physics = begun(models)
-    rollout(physics, 10)
+    before = rollout(physics, 10)
     physics.reset([1], [starts(3)[1]])
     after = physics.state()
     assert not after.joint_vel[1].any()
+    for name in FIELDS:
+        assert torch.equal(getattr(after, name)[[0, 2]], getattr(before, name)[[0, 2]]), name
     for target in targets(3, SECOND)[10:]:
         physics.step(target)
-    for env in (0, 2):
-        for name in FIELDS:
-            assert torch.equal(getattr(physics.state(), name)[env], getattr(second, name)[env]), name
+    assert_near(physics.state(), second, [0, 2], [0, 2])
     physics.reset([1], [starts(3)[1]])
-    again = rollout(physics)
-    for name in FIELDS:
-        assert torch.equal(getattr(again, name)[1], getattr(second, name)[1]), name
+    assert_near(rollout(physics), second, [1], [1])
 
 
 @pytest.mark.slow
@@ -129,12 +138,8 @@ def test_stepping_some_leaves_the_others_untouched(models, second):
     for name in FIELDS:
         assert torch.equal(getattr(paused, name)[1], getattr(before, name)[1]), name
     after = rollout(physics, 10, ids=[0, 2], first=20)
-    for env in (0, 2):
-        for name in FIELDS:
-            assert torch.equal(getattr(after, name)[env], getattr(second, name)[env]), name
-    resumed = rollout(physics, SECOND - 12, ids=[1], first=12)
-    for name in FIELDS:
-        assert torch.equal(getattr(resumed, name)[1], getattr(second, name)[1]), name
+    assert_near(after, second, [0, 2], [0, 2])
+    assert_near(rollout(physics, SECOND - 12, ids=[1], first=12), second, [1], [1])
 
 
 @pytest.mark.slow
