@@ -32,7 +32,8 @@ class Slice:
 
     def __post_init__(self) -> None:
         if not 0 <= self.index < self.of:
-            raise ValueError(f"shard: {self.index}/{self.of} is not valid; valid: 0/{self.of} to {self.of - 1}/{self.of}")
+            valid = f"0/{self.of} to {self.of - 1}/{self.of}"
+            raise ValueError(f"shard: {self.index}/{self.of} is not valid; valid: {valid}")
 
     @staticmethod
     def parse(text: str) -> Slice:

@@ -91,8 +91,8 @@ def record_shards(
         workers: processes, 0 for one per core.
         engine: see `hv_teachers.engines`.
         resume: add to a dataset that exists at `root`. Shards that an interrupted recording left are always used.
-        only: record this slice of the shards and join nothing. The same call without it, when all have ended, joins them
-            and records what is missing.
+        only: record this slice of the shards and join nothing. The same call without it, when all have ended, records
+            what is missing and joins them.
 
     Raises:
         RecordingError: as `record_dataset` does; or the shards there are of another recording.

@@ -64,8 +64,10 @@ def main(arguments: list[str] | None = None) -> int:
     if report.damaged or report.doubled:
         print(f"shards thrown away: {report.damaged} damaged, {report.doubled} doubled; what they held is there again")
     if only is not None:
-        print(f"slice {options.shard}: {len(report.attempts)} attempts are recorded; when every slice is, join them with"
-              " the same command without --shard")  # fmt: skip
+        print(
+            f"slice {options.shard}: {len(report.attempts)} attempts are recorded; when every slice is, join them with"
+            " the same command without --shard"
+        )
         return 0
     dropped = len(report.attempts) - report.num_episodes
     speed = report.frames_recorded / (time.perf_counter() - started)
