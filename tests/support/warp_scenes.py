@@ -2,6 +2,7 @@
 
 import copy
 import functools
+import os
 
 import mujoco
 import numpy as np
@@ -13,7 +14,8 @@ from hv_sim.task import load_task
 
 pytest.importorskip("mujoco_warp", reason="Warp is not installed here: pip install 'lerobot_policy_hv[gpu]'")
 
-DEVICE = "cpu"
+DEVICE = os.environ.get("HV_WARP_DEVICE", "cpu")
+"""`make gpu-check` names a GPU here."""
 
 
 @functools.cache
