@@ -142,7 +142,7 @@ class WarpPhysics:
                 _put(data.ctrl, rows, position[:, 7:ROBOT_NQ])
                 if qvel is not None:
                     _put(data.qvel, rows, np.stack([qvel[i] for i in chosen]))
-                self._mjw.forward(group.model, data)
+                self._mjw.step1(group.model, data)
 
     def step(self, joint_targets: Tensor, ids: Sequence[int] | np.ndarray | None = None) -> None:
         targets = joint_targets.detach().to("cpu", torch.float32).numpy()
@@ -163,7 +163,7 @@ class WarpPhysics:
                 for name, rows in before.items():
                     _put(getattr(data, name), still, rows)
                 if before:
-                    self._mjw.forward(group.model, data)
+                    self._mjw.step1(group.model, data)
             self._check_room(group)
 
     def state(self) -> PhysicsState:
@@ -229,12 +229,15 @@ class WarpPhysics:
             self._wp.capture_launch(group.graph)
 
     def _substep(self, group: WarpGroup) -> None:
+        # never `forward`: for the discrete integrator it adds to what `step2` then adds to again
         for _ in range(self._substeps):
             self._mjw.step2(group.model, group.data)
             self._mjw.step1(group.model, group.data)
 
     def _check_room(self, group: WarpGroup) -> None:
-        if not self._warned and group.data.overflow.numpy().any():
+        kinds = self._mjw.OverflowType
+        room = kinds.NEFC | kinds.NJMAX_NNZ | kinds.BROADPHASE | kinds.NARROWPHASE | kinds.CCD | kinds.NVMAX
+        if not self._warned and (group.data.overflow.numpy() & int(room)).any():
             self._warned = True
             warnings.warn("warp: a world had more contacts or constraints than max_contacts or max_constraints hold; "
                           "some were left out", stacklevel=3)  # fmt: skip
