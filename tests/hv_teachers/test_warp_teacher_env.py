@@ -10,8 +10,8 @@ from hv_teachers.teacher_config import training_config
 from hv_teachers.teacher_env import TeacherEnv
 
 STEPS = 30
-SIGHTS, REWARD = 0.02, 5e-3
-"""Tolerances; 3e-3 and 7e-4 were measured. A reward is about 1 a step."""
+SIGHTS, REWARD = 5e-4, 1.5e-3
+"""Tolerances; 5e-5 and 2e-4 were measured. A reward is about .1 a step."""
 
 
 def practice(physics: str):

@@ -109,7 +109,7 @@ def test_two_processes_train_one_student(dataset: Path, tmp_path: Path):
     done = run_command(
         "accelerate",
         "launch",
-        "--cpu",
+        "--multi_gpu",  # its launcher of many processes; --cpu starts one
         "--num_processes=2",
         "--num_machines=1",
         "--mixed_precision=no",
