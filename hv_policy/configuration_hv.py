@@ -7,6 +7,29 @@ from lerobot.optim import AdamWConfig, CosineDecayWithWarmupSchedulerConfig
 
 
 @dataclass(frozen=True)
+class PerceptionSize:
+    """Widths of `hv_policy.belief.perception.Perception`.
+
+    Attributes:
+        channels: at 1/4, 1/8 and 1/16 of the picture's size.
+        dim: width of the tokens.
+        heads: attention heads.
+        text_layers: transformer layers over the words.
+        fusion_layers: rounds of reading the words and looking at the picture.
+        queries: tokens that do the reading and looking.
+        hidden: width of the network that they end in.
+    """
+
+    channels: tuple[int, int, int] = (32, 48, 96)
+    dim: int = 96
+    heads: int = 4
+    text_layers: int = 2
+    fusion_layers: int = 2
+    queries: int = 8
+    hidden: int = 384
+
+
+@dataclass(frozen=True)
 class Architecture:
     """Widths of the networks; one per `HVConfig.size`.
 
@@ -40,12 +63,22 @@ ARCHITECTURES: dict[str, Architecture] = {
 }
 
 
+PERCEPTIONS: dict[str, PerceptionSize] = {
+    "small": PerceptionSize(),
+    "base": PerceptionSize((64, 128, 256), 256, 8, 4, 4, 12, 1024),
+}
+FORMS = ("belief", "direct")
+
+
 @PreTrainedConfig.register_subclass("hv")
 @dataclass
 class HVConfig(PreTrainedConfig):
     """Image, instruction and proprioception -> 28 joint targets, with a short visual memory.
 
     Args:
+        form: `belief` sees places, keeps a belief about them and decides from it; `direct` is the paper's own form,
+            networks straight to the actions. The fields from `memory_frames` to `memory_dropout` and `min_std` to
+            `clip_state` are about the latter.
         size: which of `ARCHITECTURES` to build: `small` trains on a CPU, `base` wants a GPU.
         image_size: side in pixels that every camera picture is resized to (a multiple of 16).
         memory_frames: how many past frames the policy remembers (0: none).
@@ -66,6 +99,7 @@ class HVConfig(PreTrainedConfig):
     """
 
     n_obs_steps: int = 1
+    form: str = "belief"
     size: str = "small"
     image_size: int = 128
     memory_frames: int = 2
@@ -98,6 +132,8 @@ class HVConfig(PreTrainedConfig):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.form not in FORMS:
+            raise ValueError(f"form: {self.form!r} is none of {', '.join(FORMS)}")
         if self.size not in ARCHITECTURES:
             raise ValueError(f"size: {self.size!r} is none of {', '.join(ARCHITECTURES)}")
         if self.image_size < 32 or self.image_size % 16:
@@ -120,6 +156,11 @@ class HVConfig(PreTrainedConfig):
         return ARCHITECTURES[self.size]
 
     @property
+    def perception(self) -> PerceptionSize:
+        """Widths of what the form `belief` sees with."""
+        return PERCEPTIONS[self.size]
+
+    @property
     def memory_steps(self) -> int:
         """Control steps that the memory reaches back."""
         return self.memory_frames * self.memory_stride
@@ -127,7 +168,7 @@ class HVConfig(PreTrainedConfig):
     @property
     def observation_delta_indices(self) -> list[int] | None:
         """Frames that training reads for a sample, oldest first: those remembered, then the current one."""
-        if self.memory_frames == 0:
+        if self.memory_frames == 0 or self.form == "belief":
             return None
         return list(range(-self.memory_steps, 1, self.memory_stride))
 

@@ -61,3 +61,38 @@ class _ResidualBlock(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         hidden = F.relu(self.first_norm(self.first(x)), inplace=True)
         return F.relu(x + self.second_norm(self.second(hidden)))
+
+
+class FineImageEncoder(nn.Module):
+    """Pictures (B, 3, H, W), values 0..1 -> tokens (B, (S/8)^2, dim): what is fine, and what surrounds it.
+
+    Args:
+        image_size: S in pixels; pictures of another size are resized to it.
+        channels: channels at S/4, S/8, S/16.
+        dim: width of a token.
+    """
+
+    def __init__(self, image_size: int, channels: tuple[int, int, int], dim: int):
+        super().__init__()
+        self.image_size = image_size
+        fine, middle, coarse = channels
+        self.stem = nn.Sequential(nn.Conv2d(3, fine, 8, stride=4, padding=2), _norm(fine), nn.ReLU(inplace=True))
+        self.middle = nn.Sequential(_Downsample(fine, middle), _ResidualBlock(middle))
+        self.coarse = nn.Sequential(_Downsample(middle, coarse), _ResidualBlock(coarse), _ResidualBlock(coarse))
+        self.from_middle = nn.Linear(middle, dim)
+        self.from_coarse = nn.Linear(coarse, dim, bias=False)
+
+    @property
+    def grid(self) -> int:
+        """Tokens along a side."""
+        return self.image_size // 8
+
+    def forward(self, pictures: Tensor) -> Tensor:
+        size = (self.image_size, self.image_size)
+        if pictures.shape[-2:] != size:
+            pictures = F.interpolate(pictures, size=size, mode="bilinear", antialias=True, align_corners=False)
+        pictures = (pictures * 4 - 2).contiguous(memory_format=torch.channels_last)
+        middle = self.middle(self.stem(pictures))
+        around = self.from_coarse(self.coarse(middle).permute(0, 2, 3, 1))
+        around = around.repeat_interleave(2, 1).repeat_interleave(2, 2)
+        return (self.from_middle(middle.permute(0, 2, 3, 1)) + around).flatten(1, 2)

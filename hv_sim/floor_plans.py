@@ -110,16 +110,24 @@ class _Draft:
     """What has been placed so far."""
 
     kind: str
+    index: int
     size: tuple[float, float]
-    held_out: bool
     rng: np.random.Generator
     pieces: list[FurniturePlacement] = field(default_factory=list)
     bodies: list[_Rect] = field(default_factory=list)
     zones: list[_Rect] = field(default_factory=list)
 
+    @property
+    def held_out(self) -> bool:
+        """The plan is one of those that only unseen tasks have."""
+        return self.index >= HELD_OUT
+
     def choose(self, *kinds: str) -> str:
         """One of these kinds that this plan may have."""
         allowed = [k for k in kinds if self.held_out or k not in _HELD_OUT_PIECES]
+        rare = [k for k in kinds if k in _HELD_OUT_PIECES]
+        if self.held_out and rare and self.rng.random() < 0.7:  # in turn, so that each of them stands somewhere
+            return rare[self.index % len(rare)]
         return str(self.rng.choice(allowed))
 
     def against_wall(self, kind: str, walls: Sequence[str] = ("north", "east", "south", "west")) -> bool:
@@ -203,7 +211,7 @@ def _draw(kind: str, index: int, rng: np.random.Generator) -> FloorPlan | None:
         str(rng.choice(other_floors if held_out else floors)),
         str(rng.choice(other_walls if held_out else walls)),
     )
-    draft = _Draft(kind, size, held_out, rng)
+    draft = _Draft(kind, index, size, rng)
     door = {"living_room": -0.33, "bedroom": 0.33, "kitchen": -0.33, "warehouse": 0.0}[kind] * size[0]
     wide = 1.3 if kind == "warehouse" else 0.65
     draft.zones.append((door - wide, door + wide, -size[1] / 2, -size[1] / 2 + 1.0))
@@ -276,8 +284,11 @@ def _kitchen(draft: _Draft) -> bool:
     aside = float(draft.rng.uniform(-0.6, 0.6))
     if not draft.put("kitchen_island", aside, draft.size[1] / 2 - distance, -np.pi / 2):
         return False
-    if not (draft.in_the_open("breakfast_table", 0.34) or draft.in_the_open("dining_table", 0.34)):
+    table = draft.choose("breakfast_table", "dining_table")
+    if not draft.in_the_open(table, 0.34):
         return False
+    if table == "dining_table":
+        draft.against_wall("dining_chair")
     for kinds in (
         ("sideboard", "cabinet"),
         ("kitchen_trolley", "washing_machine"),

@@ -19,6 +19,7 @@ from hv_sim.lexicon import (
     PLACE_WORDS,
     SIZE_WORDS,
     called,
+    color_fits,
     furniture_nouns,
     looks,
     object_nouns,
@@ -27,8 +28,8 @@ from hv_sim.lexicon import (
 from hv_sim.objects import OBJECT_KINDS
 from hv_sim.places import WITHOUT_LANDMARK, Layout, Place
 
-_SOURCE = re.compile(r"\b(from|that is|the one|there is|you see|see|instead of|currently)$")
-_INTRODUCED = re.compile(r"\b(there is|you see|see)$")
+_SOURCE = re.compile(r"\b(from|that is|the one|instead of|which is)$")
+_INTRODUCED = re.compile(r"\b(there is|you see|you find|leave)$")
 
 
 @dataclass(frozen=True)
@@ -55,13 +56,13 @@ def ground(sentence: str, layout: Layout) -> Grounding:
 
 
 def fits(sentence: str, layout: Layout, name: str, goal_position_m: tuple[float, float, float]) -> bool:
-    """Whether a sentence can only mean that object and one place, and the goal is at that place."""
+    """Whether a sentence can only mean that object and one place, and the goal is where that sends it."""
     meant = ground(sentence, layout)
     return (
         meant.objects == {name}
         and len(meant.goals) == 1
         and meant.goals[0].landmark != name
-        and layout.contains(meant.goals[0], name, goal_position_m)
+        and layout.is_goal(meant.goals[0], name, goal_position_m)
     )
 
 
@@ -121,7 +122,7 @@ def _described(layout: Layout, mention: _Mention) -> list[str]:
     everything = looks(layout)
     sizes = [_sizes()[a] for a in mention.adjectives if a in _sizes()]
     colors = [a for a in mention.adjectives if a not in _sizes()]
-    found = [o for o in called(layout, mention.noun)[0] if all(c in COLOR_WORDS[everything[o][1]] for c in colors)]
+    found = [o for o in called(layout, mention.noun)[0] if all(color_fits(c, everything[o][1]) for c in colors)]
     if not sizes:
         return found
     return [o for o in found if size_word(everything[o], [everything[other] for other in found if other != o]) in sizes]

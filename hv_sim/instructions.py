@@ -13,6 +13,7 @@ from hv_sim.lexicon import (
     MOTION_WORDS,
     PLACE_WORDS,
     SIZE_WORDS,
+    alike_in_color,
     called,
     furniture_nouns,
     looks,
@@ -20,7 +21,8 @@ from hv_sim.lexicon import (
     size_word,
     usable,
 )
-from hv_sim.places import Layout, Place
+from hv_sim.objects import OBJECT_KINDS
+from hv_sim.places import ON, Layout, Place
 
 SEEN_SHAPES = (
     "{move} {o} {to}.",
@@ -41,7 +43,7 @@ SEEN_SHAPES = (
     "i want {o} {at}.",
     "i would like {o} {at}, please.",
     "there is {a} {where}; {move} it {to}.",
-    "you see {a} {where}. {put} it {at}.",
+    "do you see {o} {where}? {put} it {at}.",
     "go and get {o}, then {put} it {at}.",
     "{o}, the one {where}, belongs {at}.",
     "first lift {o}, then {move} it {to}.",
@@ -49,29 +51,42 @@ SEEN_SHAPES = (
 LATER_SEEN_SHAPES = ("now {move} {o} {to}.", "next, {put} {o} {at}.", "then {move} {o} {to}, please.")
 UNSEEN_SHAPES = (
     "{At} is where {o} should be.",
-    "{At}: that is the right spot for {o}.",
+    "the right place for {o} is {at}.",
     "would you mind {leaving} {o} {at}?",
     "make sure that {o} ends up {at}.",
     "grab {o} and leave it {at}.",
     "it would be nice to have {o} {at}.",
-    "{o} is in the wrong place, it should be {at}.",
+    "{o} is in the wrong place; it should be {at}.",
     "{o} needs to be {shifted} {to}.",
     "let's have {o} {at} instead of {where}.",
     "time to {shift} {o} {to}.",
-    "{shift} {o} {to}, will you?",
+    "i need you to {shift} {o} {to}.",
     "we need {o} {at}, so {shift} it there.",
-    "fetch {o}, currently {where}, and {shift} it {to}.",
-    "see {a} {where}? {shift} it {to}.",
+    "fetch {o}, which is {where} at the moment, and {shift} it {to}.",
+    "if you find {a} {where}, {shift} it {to}.",
+    "don't leave {o} {where}; it should be {at}.",
+    "how about {leaving} {o} {at}?",
+    "i was hoping to have {o} {at}.",
 )
 LATER_UNSEEN_SHAPES = ("after that, {shift} {o} {to}.", "{o} is next: leave it {at}.")
 
 _VERBS: dict[str, tuple[str, ...]] = {
     "move": ("move", "bring", "carry", "take"),
     "put": ("put", "place", "set"),
-    "shift": ("shift", "transport", "haul", "relocate", "transfer"),
-    "shifted": ("shifted", "transported", "hauled", "relocated", "transferred"),
+    "shift": ("shift", "relocate", "transfer"),
+    "shifted": ("shifted", "relocated", "transferred"),
     "leaving": ("leaving", "depositing", "setting down"),
 }
+_ONTO: dict[str, tuple[str, ...]] = {
+    "move": ("move", "put"),
+    "shift": ("shift", "transfer"),
+    "shifted": ("shifted", "transferred"),
+}
+"""The verbs that go with "onto"."""
+_WITHOUT_ASIDE = ("i want {o}", "i would like {o}", "have {o} {at}", "we need {o}", "where {o} should", "leaving} {o}")
+"""Shapes in which "that is on your left" would be taken for the place."""
+_ON_THE_FLOOR_ANYWAY = ("chair", "stool", "pouf", "table", "barrel", "bin")
+"""Categories of things of which nobody says that they are on the floor."""
 _ATTEMPTS = 400
 
 
@@ -126,14 +141,16 @@ def _write(scene: _Scene, shape: str, name: str, goal: Place) -> str:
     there = _place(scene, goal, PLACE_WORDS)
     toward = _place(scene, goal, MOTION_WORDS)
     source = _source(scene, name)
-    described = _object(scene, name, told_where="{where}" in shape)
-    if not (there and toward and source and described):
+    told_where = "{where}" in shape
+    described = _object(scene, name, told_where, may_point=not any(part in shape for part in _WITHOUT_ASIDE))
+    if not (there and toward and described) or (told_where and not source):
         return ""
     article = "an" if described[0] in "aeiou" else "a"
     words = {
         "o": f"the {described}", "a": f"{article} {described}", "at": there, "At": there, "to": toward, "where": source,
     }  # fmt: skip
-    words |= {slot: scene.one_of(verbs) for slot, verbs in _VERBS.items()}
+    fitting = _VERBS | (_ONTO if "onto " in toward else {})
+    words |= {slot: scene.one_of(verbs) for slot, verbs in fitting.items()}
     sentence = shape
     for slot in re.findall(r"{(\w+)}", shape):
         word = words[slot]
@@ -145,17 +162,18 @@ def _write(scene: _Scene, shape: str, name: str, goal: Place) -> str:
     return re.sub(r"(^|[.?] )([a-z])", lambda m: m[1] + m[2].upper(), sentence).replace(" i ", " I ")
 
 
-def _object(scene: _Scene, name: str, told_where: bool) -> str:
+def _object(scene: _Scene, name: str, told_where: bool, may_point: bool) -> str:
     """An object with as many adjectives as it takes, now and then one more, and no article."""
     everything = looks(scene.layout)
     kind, color, _ = look = everything[name]
     noun = scene.one_of(usable(object_nouns(kind), scene.unseen))
     alike = [everything[o] for o in called(scene.layout, noun)[0] if o != name]
     words = []
-    same_color = [other for other in alike if other[1] == color]
+    same_color = [other for other in alike if alike_in_color(other[1], color)]
     if (alike and not told_where) or scene.rng.random() < 0.45:
         adjective = scene.one_of(usable(COLOR_WORDS[color], scene.unseen))
-        if not any(part in noun for part in adjective.split()):
+        wooden = color in ("oak", "walnut") and "wooden" in noun
+        if not wooden and not any(part in noun for part in adjective.split()):
             words.append(adjective)
     if same_color and words:
         alike = same_color
@@ -164,15 +182,21 @@ def _object(scene: _Scene, name: str, told_where: bool) -> str:
         words.insert(0, scene.one_of(usable(SIZE_WORDS[size], scene.unseen)))
     side = [p for p in scene.layout.places(name, scene.layout.poses[name][0]) if p.relation.startswith("your_")]
     aside = ""
-    if alike and side and not told_where and scene.rng.random() < 0.5:
+    if alike and side and may_point and not told_where and scene.rng.random() < 0.5:
         words = words[:1] if scene.rng.random() < 0.5 else []
-        aside = " " + scene.one_of(PLACE_WORDS[side[0].relation][scene.unseen])
+        aside = " that is " + scene.one_of(PLACE_WORDS[side[0].relation][scene.unseen])
     return " ".join([*words, noun]) + aside
 
 
 def _source(scene: _Scene, name: str) -> str:
     """Where the object now is, as a place."""
-    options = [p for p in scene.layout.places(name, scene.layout.poses[name][0]) if not p.relation.startswith("your_")]
+    unsaid = {"your_left", "your_right"}
+    if OBJECT_KINDS[looks(scene.layout)[name][0]].category in _ON_THE_FLOOR_ANYWAY:
+        unsaid.add("floor")
+    at = scene.layout.poses[name][0]
+    options = [p for p in scene.layout.places(name, at) if p.relation not in unsaid]
+    # the words for what is beside something say that it is close by
+    options = [p for p in options if p.relation in (*ON, "floor") or scene.layout.is_goal(p, name, at)]
     said = [text for p in options if (text := _place(scene, p, PLACE_WORDS))]
     return said[int(scene.rng.integers(min(3, len(said))))] if said else ""
 

@@ -14,7 +14,7 @@ COLOR_WORDS: dict[str, tuple[str, ...]] = {
     "brown": ("brown",), "tan": ("light brown", "tan"), "beige": ("beige", "sand-coloured"),
     "cream": ("cream", "cream-coloured"), "white": ("white",), "silver": ("silver", "silvery"),
     "gray": ("gray", "grey"), "charcoal": ("dark gray", "charcoal"), "black": ("black",),
-    "terracotta": ("terracotta", "brick-red"), "oak": ("light oak", "pale"), "walnut": ("walnut", "dark wood"),
+    "terracotta": ("terracotta", "brick-red"), "oak": ("light oak", "pale wood"), "walnut": ("walnut", "dark wood"),
 }  # fmt: skip
 """Colour name -> adjectives; where there are two, the last one is used only where the instructions are unseen."""
 
@@ -23,32 +23,73 @@ SIZE_WORDS: dict[str, tuple[str, ...]] = {"small": ("small", "little"), "large":
 SIZE_RATIO = 1.15
 """From this ratio of heights on, one of two things is the large one."""
 
+ALIKE_COLORS: tuple[frozenset[str], ...] = tuple(
+    frozenset(group.split())
+    for group in (
+        "brown tan walnut", "brown walnut terracotta", "tan oak beige", "beige cream white", "blue navy", "blue teal",
+        "green teal", "navy black", "gray silver charcoal", "charcoal black", "silver white", "red terracotta",
+        "orange terracotta", "orange red", "purple pink", "tan cream", "yellow oak",
+    )
+)  # fmt: skip
+"""Colours that somebody may take for each other: what has one of them is not told from what has another by it."""
+
 PLACE_WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "on": (("on {}",), ("on top of {}",)),
-    "on_left": (("on the left side of {}",), ("at the left-hand end of {}",)),
-    "on_middle": (("in the middle of {}",), ("at the centre of {}",)),
-    "on_right": (("on the right side of {}",), ("at the right-hand end of {}",)),
-    "left_of": (("to the left of {}",), ("just left of {}", "immediately left of {}")),
-    "right_of": (("to the right of {}",), ("just right of {}", "immediately right of {}")),
-    "in_front_of": (("in front of {}",), ("before {}",)),
-    "behind": (("behind {}",), ("at the back of {}",)),
-    "floor": (("on the floor",), ("on the ground",)),
-    "room_middle": (("in the middle of the room",), ("at the centre of the room",)),
-    "your_left": (("on your left",), ("at your left hand",)),
-    "your_right": (("on your right",), ("at your right hand",)),
+    "on_left": (("on the left side of {}",), ("on the left-hand end of {}",)),
+    "on_middle": (("on the middle of {}", "on the middle part of {}"), ("on the centre of {}",)),
+    "on_right": (("on the right side of {}",), ("on the right-hand end of {}",)),
+    "left_of": (
+        ("just to the left of {}", "directly to the left of {}"),
+        ("immediately to the left of {}", "a few inches to the left of {}"),
+    ),
+    "right_of": (
+        ("just to the right of {}", "directly to the right of {}"),
+        ("immediately to the right of {}", "a few inches to the right of {}"),
+    ),
+    "in_front_of": (
+        ("just in front of {}", "directly in front of {}"),
+        ("immediately in front of {}", "a few inches in front of {}"),
+    ),
+    "front_middle": (
+        ("just in front of the middle of {}", "directly in front of the middle of {}"),
+        ("immediately in front of the centre of {}",),
+    ),
+    "behind": (("just behind {}", "directly behind {}"), ("immediately behind {}", "a few inches behind {}")),
+    "back_middle": (
+        ("just behind the middle of {}", "directly behind the middle of {}"),
+        ("immediately behind the centre of {}",),
+    ),
+    "floor": (("on the floor",), ("down on the ground",)),
+    "room_middle": (
+        ("exactly in the middle of the room", "in the very middle of the room"),
+        ("in the exact centre of the room",),
+    ),
+    "your_left": (("on your left",), ("to your left",)),
+    "your_right": (("on your right",), ("to your right",)),
 }
-"""Relation -> how a place is called among the seen and among the unseen tasks; `{}` is the landmark."""
+"""Relation -> how a place is called among the seen and among the unseen tasks; `{}` is the landmark.
+
+All of them leave no more open than `hv_sim.places.Layout.spot_m` allows: "just" and "directly" mean close by.
+"""
 
 MOTION_WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "on": (("onto {}", "over to {}", "to {}"), ("across to {}",)),
-    "on_left": (("onto the left side of {}", "to the left side of {}"), ("to the left-hand end of {}",)),
-    "on_middle": (("to the middle of {}", "onto the middle of {}"), ("to the centre of {}",)),
-    "on_right": (("onto the right side of {}", "to the right side of {}"), ("to the right-hand end of {}",)),
-    "left_of": (("to the left of {}",), ("to the spot just left of {}",)),
-    "right_of": (("to the right of {}",), ("to the spot just right of {}",)),
-    "in_front_of": (("to the front of {}", "to the space in front of {}"), ("to the spot before {}",)),
-    "behind": (("to the space behind {}",), ("to the back of {}",)),
-    "room_middle": (("to the middle of the room",), ("to the centre of the room",)),
+    "on": (("onto {}",), ("to the top of {}",)),
+    "on_left": (("onto the left side of {}",), ("onto the left-hand end of {}",)),
+    "on_middle": (("onto the middle of {}",), ("onto the centre of {}",)),
+    "on_right": (("onto the right side of {}",), ("onto the right-hand end of {}",)),
+    "left_of": (("to the spot just to the left of {}",), ("to a spot immediately to the left of {}",)),
+    "right_of": (("to the spot just to the right of {}",), ("to a spot immediately to the right of {}",)),
+    "in_front_of": (("to the spot just in front of {}",), ("to a spot immediately in front of {}",)),
+    "front_middle": (
+        ("to the spot just in front of the middle of {}",),
+        ("to a spot immediately in front of the centre of {}",),
+    ),
+    "behind": (("to the spot just behind {}",), ("to a spot immediately behind {}",)),
+    "back_middle": (
+        ("to the spot just behind the middle of {}",),
+        ("to a spot immediately behind the centre of {}",),
+    ),
+    "room_middle": (("to the very middle of the room",), ("to the exact centre of the room",)),
 }
 """The same after verbs of motion."""
 
@@ -93,6 +134,16 @@ def called(layout: Layout, noun: str) -> tuple[list[str], list[str]]:
     objects = [o.name for o in layout.task.objects if means(noun, object_nouns(o.kind))]
     pieces = [f.name for f in layout.task.furniture if means(noun, furniture_nouns(f.kind))]
     return objects, pieces
+
+
+def alike_in_color(a: str, b: str) -> bool:
+    """Whether two colours may be taken for each other."""
+    return a == b or any(a in group and b in group for group in ALIKE_COLORS)
+
+
+def color_fits(word: str, color: str) -> bool:
+    """Whether an adjective may be said of a thing of that colour: "brown" of what is light brown, too."""
+    return any(word in words and alike_in_color(c, color) for c, words in COLOR_WORDS.items())
 
 
 def size_word(look: Look, others: Iterable[Look]) -> str:

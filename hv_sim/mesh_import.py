@@ -20,6 +20,7 @@ import numpy as np
 import trimesh
 from trimesh.resolvers import ZipResolver
 
+from hv_sim.glb_structure import check_glb
 from hv_sim.objects import GRASP_WIDTH_M, MASS_KG, PACKAGED_KINDS, propose_grasps
 from hv_sim.parts import Color, MeshShape, box
 from hv_sim.user_objects import UserObject, write_object
@@ -177,10 +178,18 @@ def _load(raw: bytes, suffix: str, label: str, resolver: ZipResolver | None = No
         _check_faces(raw.count(b"\nf "), label)
         for line in re.findall(rb"^\s*mtllib\s+(.+)$", raw, re.MULTILINE):
             _check_path(line.decode("utf-8", "replace").strip(), label)
+    if suffix == ".glb":
+        try:
+            pictures = check_glb(raw)
+        except ValueError as error:
+            raise ValueError(f"{label}: {error}") from None
+        for picture in pictures:
+            _check_path(picture, label)
     try:
-        loaded = trimesh.load_scene(io.BytesIO(raw), file_type=suffix[1:], resolver=resolver, process=False)
-        whole = loaded.to_geometry() if not loaded.geometry else None
-        parts = loaded.dump() if whole is None else [whole]
+        with np.errstate(all="ignore"):  # coordinates are checked below
+            loaded = trimesh.load_scene(io.BytesIO(raw), file_type=suffix[1:], resolver=resolver, process=False)
+            whole = loaded.to_geometry() if not loaded.geometry else None
+            parts = loaded.dump() if whole is None else [whole]
     except Exception as error:  # whatever a parser stumbles over in a broken file
         raise ValueError(f"{label}: not a readable {suffix[1:]} file ({' '.join(str(error).split())[:120]})") from None
     meshes = [m for m in parts if isinstance(m, trimesh.Trimesh) and len(m.faces)]

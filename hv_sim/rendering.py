@@ -30,6 +30,8 @@ HEAD_CAMERA = "head"
 VIDEO_HEIGHT_PX, VIDEO_WIDTH_PX = 336, 672
 _CAPTION_HEIGHT_PX = 48
 _THIRD_PERSON_DISTANCE_M = 3.8
+_HANGS_ON_WALL_M = 0.058
+"""What is nearer to a wall than this belongs to it; furniture keeps 6 cm."""
 
 
 class CameraRenderer:
@@ -77,6 +79,8 @@ class CameraRenderer:
         """
         renderer = self._renderer(model)
         renderer.update_scene(data, camera)
+        if isinstance(camera, mujoco.MjvCamera):
+            _leave_near_walls_out(renderer.scene, model)
         flags = renderer.scene.flags
         flags[mujoco.mjtRndFlag.mjRND_SHADOW] = self._shadows
         flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
@@ -156,6 +160,31 @@ class CameraRenderer:
             _assign(before)
 
 
+class StepCamera:
+    """The head cameras of a world's environments: each picture is rendered at most once a control step.
+
+    Args:
+        renderer: makes the pictures (`hv_sim.physics_backends.BatchRenderer`).
+        physics: whose simulations are seen.
+    """
+
+    def __init__(self, renderer: Any, physics: PhysicsBackend) -> None:
+        self._renderer, self._physics = renderer, physics
+        self._one_by_one = isinstance(renderer, CameraRenderer)
+        self._pictures: dict[int, np.ndarray] = {}
+
+    def forget(self) -> None:
+        """A control step has passed."""
+        self._pictures.clear()
+
+    def picture(self, env: int) -> np.ndarray:
+        """(height, width, 3) uint8 of environment `env`."""
+        if env not in self._pictures:
+            envs = [env] if self._one_by_one else range(self._physics.num_envs)  # others render all or none
+            self._pictures.update(zip(envs, self._renderer.render_batch(self._physics, envs), strict=True))
+        return self._pictures[env]
+
+
 _OPEN: weakref.WeakSet[CameraRenderer] = weakref.WeakSet()
 
 
@@ -187,6 +216,26 @@ def _close(renderer: mujoco.Renderer) -> None:
     """
     renderer.render()
     renderer.close()
+
+
+def _leave_near_walls_out(scene: mujoco.MjvScene, model: mujoco.MjModel) -> None:
+    """Hides the walls between a camera outside a room and the room, and what hangs on them.
+
+    MuJoCo draws a plane that is seen from behind half transparent, which would tint everything in the room.
+    """
+    eye = (np.array(scene.camera[0].pos) + np.array(scene.camera[1].pos)) / 2
+    static = [g for g in scene.geoms[: scene.ngeom] if _is_static(g, model)]
+    for wall in [g for g in static if g.type == mujoco.mjtGeom.mjGEOM_PLANE]:
+        normal, foot = np.array(wall.mat).reshape(3, 3)[:, 2], np.array(wall.pos)
+        if abs(normal[2]) > 0.5 or normal @ (eye - foot) > 0:
+            continue
+        for geom in static:
+            if abs(normal @ (np.array(geom.pos) - foot)) < _HANGS_ON_WALL_M:
+                geom.rgba[3] = 0.0
+
+
+def _is_static(geom: mujoco.MjvGeom, model: mujoco.MjModel) -> bool:
+    return geom.objtype == mujoco.mjtObj.mjOBJ_GEOM and model.geom_bodyid[geom.objid] == 0
 
 
 def third_person_camera(

@@ -37,8 +37,8 @@ SCHEMA = "hv_sim.task/1"
 ROBOT_RADIUS_M = 0.30
 """Room that the robot needs around its start."""
 OVERLAP_TOLERANCE_M = 0.01
-SUPPORT_TOLERANCE_M = 0.03
-"""How far above its support a thing may start or be wanted."""
+SUPPORT_TOLERANCE_M = 0.01
+"""How far above its support a thing may start or be wanted, and how far it may move while it comes to rest."""
 
 _PACKAGED = Path(__file__).parent / "tasks"
 _MAX_FILE_BYTES = 1_000_000

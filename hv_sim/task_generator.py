@@ -15,12 +15,12 @@ import numpy as np
 from hv_sim.floor_plans import HELD_OUT, STAND_M, FloorPlan, can_stand_before, floor_plan, standing_room
 from hv_sim.furniture import FURNITURE_KINDS
 from hv_sim.instructions import write_instructions
-from hv_sim.lexicon import called, furniture_nouns, usable
+from hv_sim.lexicon import alike_in_color, called, furniture_nouns, usable
 from hv_sim.navigation import sides_with_room
 from hv_sim.objects import GRASP_WIDTH_M, MASS_KG, OBJECT_KINDS, BuiltObject
 from hv_sim.parts import prisms
 from hv_sim.paths import OccupancyGrid, occupancy_grid
-from hv_sim.places import BESIDE, NEAR_M, ON, PARTED_M, Layout, Place, Pose, layout_at
+from hv_sim.places import BESIDE, BY_THE_MIDDLE, ON, Layout, Place, Pose, layout_at
 from hv_sim.rooms import ROOM_KINDS
 from hv_sim.single_object import single_object_tasks
 from hv_sim.suites import SUITE_SIZES
@@ -49,6 +49,12 @@ FARTHEST_M, NEAREST_M = 9.0, 0.9
 """Between where an object is and where it shall go."""
 _MARGIN_M = (0.02, 0.06)
 """Between an object that is to be moved and the edge of the top on which it stands."""
+_GOAL_MARGIN_M = 0.12
+"""The same where it shall go: as near the middle of the top as the robot reaches over it."""
+_JITTER_M = 0.04
+"""How far along a top or on the floor a goal is drawn from the spot that the words mean."""
+_REACH_M = 0.15
+"""Farthest near side of an object behind the edge over which it is handled."""
 _SIZES, _UNSEEN_SIZES = (0.90, 1.0, 1.08), (0.94, 1.04)
 _MASSES = (0.7, 1.0, 1.4, 1.9)
 _OBJECT_GAP_M = 0.06
@@ -59,7 +65,7 @@ OBJECTS_IN: dict[str, tuple[str, ...]] = {
     "bedroom": (
         "lamp", "suitcase", "backpack", "cushion", "blanket_stack", "book_stack", "laundry_basket", "trash_bin",
         "stool", "pouf", "plant", "vase", "laptop", "radio", "gift_box", "mantel_clock", "globe", "duffel_bag", "fan",
-        "box", "chest", "basket", "dining_chair", "speaker", "teddy_bear", "briefcase", "kids_chair",
+        "box", "chest", "basket", "dining_chair", "speaker", "side_table", "teddy_bear", "briefcase", "kids_chair",
     ),
     "kitchen": (
         "toaster", "cooking_pot", "microwave", "coffee_maker", "kettle", "rice_cooker", "bread_bin", "fruit_bowl",
@@ -69,7 +75,8 @@ OBJECTS_IN: dict[str, tuple[str, ...]] = {
     "living_room": (
         "lamp", "floor_lamp", "vase", "plant", "lantern", "globe", "mantel_clock", "speaker", "radio", "cushion",
         "book_stack", "blanket_stack", "basket", "box", "gift_box", "pouf", "stool", "dining_chair", "bedside_table",
-        "suitcase", "backpack", "laptop", "trash_bin", "chest", "crate", "cactus", "teddy_bear", "kids_chair",
+        "side_table", "suitcase", "backpack", "laptop", "trash_bin", "chest", "crate", "cactus", "teddy_bear",
+        "kids_chair",
     ),
     "warehouse": (
         "box", "crate", "tote", "toolbox", "paint_can", "jerry_can", "bucket", "barrel", "cable_reel", "printer",
@@ -215,7 +222,7 @@ def _instance(draft: _Draft, name: str, kind: str, twin: ObjectPlacement | None)
     color = str(rng.choice(colors))
     scale = float(rng.choice(_UNSEEN_SIZES if draft.unseen else _SIZES))
     if twin is not None:
-        others = [c for c in colors if c != twin.color]
+        others = [c for c in colors if not alike_in_color(c, str(twin.color))]
         if others:
             color = str(rng.choice(others))
         else:
@@ -235,7 +242,7 @@ def _put_somewhere(draft: _Draft, name: str, spec: ObjectPlacement, needs_room: 
     built = built_object(spec)
     high = support == "surface" or (support == "both" and rng.random() < 0.5)
     for _ in range(_POSES):
-        pose = _pose_on_top(draft, built, "", needs_room) if high else _pose_on_floor(draft, built)
+        pose = _pose_on_top(draft, built, needs_room) if high else _pose_on_floor(draft, built)
         if pose is not None:
             position, yaw = pose
             draft.objects.append(replace(spec, position_m=position, yaw_rad=yaw))
@@ -245,27 +252,64 @@ def _put_somewhere(draft: _Draft, name: str, spec: ObjectPlacement, needs_room: 
     return False
 
 
-def _pose_on_top(
-    draft: _Draft, built: BuiltObject, top: str, needs_room: bool, but: int = -1, sides: list[int] | None = None
-) -> Pose | None:
-    """A pose on a top (of the furniture of that name, or any) near an edge before which the robot can stand."""
+def _pose_on_top(draft: _Draft, built: BuiltObject, needs_room: bool) -> Pose | None:
+    """A pose on some top near an edge before which the robot can stand."""
     rng = draft.rng
-    tops = [s for s in draft.plan.surfaces if top in ("", s.furniture)]
+    tops = draft.plan.surfaces
     if not tops:
         return None
-    surface: Surface = tops[int(rng.integers(len(tops)))]
+    surface = tops[int(rng.integers(len(tops)))]
     edges = can_stand_before(surface, draft.room)
     if not edges:
         return None
     outward, edge, deep, wide = edges[int(rng.integers(len(edges)))]
-    grasp = int(rng.choice(np.flatnonzero(built.grasp_ok) if sides is None else sides))
-    half = built.half_extents_m
-    depth, width = (half[0], half[1]) if grasp % 2 == 0 else (half[1], half[0])
+    grasp = int(rng.choice(np.flatnonzero(built.grasp_ok)))
+    depth, width = _turned(built, grasp)
     out = min(edge - float(rng.uniform(*_MARGIN_M)) - depth, deep - depth)
     free = wide - width - 0.02
-    if out < -deep + depth or free < 0 or (needs_room and edge - out > depth + 0.14):
+    if out < -deep + depth or free < 0 or (needs_room and edge - out > depth + _REACH_M):
         return None
-    aside = float(rng.uniform(-free, free))
+    return _at_edge(draft, built, surface, (outward, edge, out, float(rng.uniform(-free, free))), grasp, -1)
+
+
+def _goal_on_top(
+    draft: _Draft, built: BuiltObject, surface: Surface, spot_m: tuple[float, float], but: int, sides: list[int]
+) -> Pose | None:
+    """A pose on a top as near a spot as the robot reaches from one of its edges."""
+    rng = draft.rng
+    edges = can_stand_before(surface, draft.room)
+    if not edges:
+        return None
+    outward, edge, deep, wide = edges[int(rng.integers(len(edges)))]
+    grasp = int(rng.choice(sides))
+    depth, width = _turned(built, grasp)
+    toward = np.subtract(spot_m, surface.position_m)
+    c, s = np.cos(outward), np.sin(outward)
+    wanted = float(c * toward[0] + s * toward[1])
+    out = min(max(wanted, edge - _GOAL_MARGIN_M - depth), edge - _MARGIN_M[0] - depth, deep - depth)
+    aside = float(c * toward[1] - s * toward[0]) + float(rng.uniform(-_JITTER_M, _JITTER_M))
+    if out < -deep + depth or edge - out > depth + _REACH_M or abs(aside) > wide - width:
+        return None
+    return _at_edge(draft, built, surface, (outward, edge, out, aside), grasp, but)
+
+
+def _turned(built: BuiltObject, grasp: int) -> tuple[float, float]:
+    """Half extents of an object along and across the view of a robot that takes it from a side."""
+    x, y = (float(v) for v in built.half_extents_m[:2])
+    return (x, y) if grasp % 2 == 0 else (y, x)
+
+
+def _at_edge(
+    draft: _Draft,
+    built: BuiltObject,
+    surface: Surface,
+    where: tuple[float, float, float, float],
+    grasp: int,
+    but: int,
+) -> Pose | None:
+    """The pose at `where` (the outward yaw of an edge, its distance, how far out and how far aside), if there is room
+    for it and for a robot before that edge."""
+    outward, edge, out, aside = where
     c, s = np.cos(outward), np.sin(outward)
     at = (surface.position_m[0] + c * out - s * aside, surface.position_m[1] + s * out + c * aside)
     # the robot faces the other way than the side looks, and the object's axis number `grasp` along its view
@@ -276,29 +320,25 @@ def _pose_on_top(
     return _settled(draft, at, surface.height_m, yaw, built, but)
 
 
-def _pose_on_floor(draft: _Draft, built: BuiltObject, place: Place | None = None, but: int = -1) -> Pose | None:
-    """A pose on the floor, in a place or anywhere, clear of everything."""
+def _pose_on_floor(
+    draft: _Draft, built: BuiltObject, spot_m: tuple[float, float] | None = None, but: int = -1
+) -> Pose | None:
+    """A pose on the floor, at a spot or anywhere, clear of everything."""
     rng, size = draft.rng, draft.plan.room.size_m
-    if place is None or place.relation == "room_middle":
-        share = 0.48 if place is None else 0.19
-        at = (float(rng.uniform(-share, share) * size[0]), float(rng.uniform(-share, share) * size[1]))
+    if spot_m is None:
+        at = (float(rng.uniform(-0.48, 0.48) * size[0]), float(rng.uniform(-0.48, 0.48) * size[1]))
     else:
-        piece = next(f for f in draft.plan.furniture if f.name == place.landmark)
-        depth, width, _ = FURNITURE_KINDS[piece.kind].size_m
-        half = float(max(built.half_extents_m[:2]))
-        beyond = float(rng.uniform(half + 0.12, NEAR_M - 0.1))
-        if place.relation in ("left_of", "right_of"):
-            left = (width / 2 + beyond) * (-1 if place.relation == "left_of" else 1)
-            ahead = float(rng.uniform(-0.7, 0.7)) * depth / 2
-        else:
-            ahead = (depth / 2 + beyond) * (-1 if place.relation == "behind" else 1)
-            left = float(rng.uniform(-0.7, 0.7)) * width / 2
-        c, s = np.cos(piece.yaw_rad), np.sin(piece.yaw_rad)
-        at = (piece.position_m[0] + c * ahead - s * left, piece.position_m[1] + s * ahead + c * left)
+        at = (
+            spot_m[0] + float(rng.uniform(-_JITTER_M, _JITTER_M)),
+            spot_m[1] + float(rng.uniform(-_JITTER_M, _JITTER_M)),
+        )
     yaw = _wrapped(float(rng.choice([0.0, 0.5, 1.0, -0.5])) * np.pi + float(rng.uniform(-0.25, 0.25)))
     half = np.hypot(*built.half_extents_m[:2])
-    index = np.array(_solids(draft.plan).cell_of(at))
-    if _clearance(draft.plan)[tuple(index)] < half + _FLOOR_GAP_M:
+    index = _solids(draft.plan).cell_of(at)
+    clearance = _clearance(draft.plan)
+    if not all(0 <= i < n for i, n in zip(index, clearance.shape, strict=True)):
+        return None
+    if clearance[tuple(index)] < half + _FLOOR_GAP_M:
         return None
     return _settled(draft, at, 0.0, yaw, built, but)
 
@@ -347,20 +387,22 @@ def _subtask(draft: _Draft, task: Task, i: int) -> SubTask | None:
     sides = sides_with_room(grid, placed.position_m, placed.yaw_rad, built.half_extents_m, built.grasp_ok)
     if not sides:
         return None
-    places = _goals(draft, layout, kind.support)
+    places = _goals(draft, layout, placed.name, kind.support)
     for number in rng.permutation(len(places)).tolist()[:25]:
         place = places[number]
         if place.landmark and not _is_named_alone(layout, place, draft.unseen):
             continue
         if layout.contains(place, placed.name, placed.position_m):
             continue
+        spot = layout.spot_m(place, placed.name)
+        assert spot is not None, "`_goals` leaves others out"
+        top = _top_of(layout, place)
         for _ in range(8):
-            top = _top_of(layout, place)
-            if top:
-                pose = _pose_on_top(draft, built, top, True, i, sides)
+            if top is None:
+                pose = _pose_on_floor(draft, built, spot, i)
             else:
-                pose = _pose_on_floor(draft, built, place, i)
-            if pose is None or not layout.contains(place, placed.name, pose[0]):
+                pose = _goal_on_top(draft, built, top, spot, i, sides)
+            if pose is None or not layout.is_goal(place, placed.name, pose[0]):
                 continue
             there = sides_with_room(grid, *pose, built.half_extents_m, built.grasp_ok)
             if not set(sides) & set(there):
@@ -377,30 +419,26 @@ def _subtask(draft: _Draft, task: Task, i: int) -> SubTask | None:
     return None
 
 
-def _goals(draft: _Draft, layout: Layout, support: str) -> list[Place]:
+def _goals(draft: _Draft, layout: Layout, name: str, support: str) -> list[Place]:
     """Places where such a thing may be brought."""
     found: list[Place] = []
     if support in ("surface", "both"):
         for surface in draft.plan.surfaces:
-            parts = ("on_left", "on_middle", "on_right") if surface.width_m >= PARTED_M else ()
-            found += [Place(r, surface.furniture) for r in ("on", *parts)]
+            found += [Place(r, surface.furniture) for r in ON]
             here = [n for n, (at, _) in layout.poses.items() if layout.contains(Place("on", surface.furniture), n, at)]
             found += [Place(r, n) for n in here for r in ("left_of", "right_of")]
     if support in ("floor", "both"):
         solid = [f for f in draft.plan.furniture if FURNITURE_KINDS[f.kind].solid]
-        found += [Place(r, f.name) for f in solid for r in BESIDE]
+        found += [Place(r, f.name) for f in solid for r in (*BESIDE, *BY_THE_MIDDLE)]
         found.append(Place("room_middle"))
-    return found
+    return [p for p in found if layout.spot_m(p, name) is not None]
 
 
-def _top_of(layout: Layout, place: Place) -> str:
-    """The furniture on whose top a place lies, "" on the floor."""
+def _top_of(layout: Layout, place: Place) -> Surface | None:
+    """The top on which a place lies, None on the floor."""
     if place.relation in ON:
-        return place.landmark
-    if place.landmark not in layout.poses:
-        return ""
-    at = layout.poses[place.landmark][0]
-    return next(s for s in layout.surfaces if layout.contains(Place("on", s), place.landmark, at))
+        return layout.surfaces[place.landmark]
+    return layout.top_under(place.landmark) if place.landmark in layout.poses else None
 
 
 def _is_named_alone(layout: Layout, place: Place, unseen: bool) -> bool:

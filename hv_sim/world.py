@@ -196,6 +196,21 @@ class RearrangeWorld:
         self._look()
         self._begin_subtask(chosen)
 
+    def show(self, qpos: Sequence[np.ndarray], *, plan: bool) -> None:
+        """Puts every environment into a state, for pictures; no time passes, and it is no part of an episode.
+
+        Args:
+            qpos: (nq,) generalised position for each environment.
+            plan: plan the routes of the present instructions anew from there.
+        """
+        everyone = list(range(self.num_envs))
+        self.physics.reset(everyone, qpos)
+        self._look()
+        if plan:
+            self._begin_subtask(everyone)
+        else:
+            self._walk_on()
+
     def step(self, joint_targets: Tensor) -> None:
         """One control step (1/30 s) with servo targets (N, 28) in radians; environments that are done stand still.
 

@@ -14,6 +14,8 @@ import numpy as np
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from tqdm import tqdm
 
+from hv_teachers.knowledge import KNOWLEDGE_COLUMNS
+
 FPS = 30
 HEAD_IMAGE = "observation.images.head"
 STATE = "observation.state"
@@ -29,6 +31,7 @@ VECTOR_COLUMNS: dict[str, int] = {
     "privileged.half_extents": 3,  # of the object
     "privileged.intent": 14,  # hv_sim.control.INTENT_NAMES
     "privileged.subtask_index": 1,
+    **KNOWLEDGE_COLUMNS,
 }
 
 

@@ -9,15 +9,29 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
+from hv_policy.decision.view import Phase
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_sim.observations import Heading, proprioception
+from hv_sim.rendering import StepCamera
 from hv_sim.world import RearrangeWorld
-from hv_teachers.planner import Phase, PlannerConfig, ScriptedPlanner
+from hv_teachers.corrected_student import CorrectedStudent
+from hv_teachers.knowledge import Knowledge
+from hv_teachers.planner import PlannerConfig, ScriptedPlanner
+from hv_teachers.planner_memory import memory_of
 from hv_teachers.routes import RouteViews, replan_routes
 from hv_teachers.teacher import TEACHER_FILES, Teacher, load_shipped_teacher
 
 
-class PlannerExpert:
+class _Does:
+    """Does what it says, and needs no pictures."""
+
+    executed: Tensor | None = None
+
+    def see_through(self, camera: StepCamera) -> None:
+        """It sees everything anyway."""
+
+
+class PlannerExpert(_Does):
     """Plays any number of sub-tasks in every environment of a world: `intent, joint_targets = expert(world)`.
 
     It follows the world's own bookkeeping: a new episode or a new instruction starts the script anew, and an object
@@ -34,6 +48,8 @@ class PlannerExpert:
         self.prior = prior or load_shipped_motor_prior()
         self.planner = ScriptedPlanner(num_envs, planner)
         self.routes = RouteViews(num_envs)
+        self.knowledge: Knowledge | None = None
+        """What it knew when it was last asked."""
         self._rows = torch.arange(num_envs)
 
     def reset(self, ids: Tensor | None = None) -> None:
@@ -54,11 +70,14 @@ class PlannerExpert:
         changed = self.routes.follow(world)
         self.planner.reset(changed[~self.planner.lost[changed]])  # a new sub-task, not one that is tried again
         heading = Heading.of(world.state)
-        intent = self.planner(self.routes.view(world, heading))
+        view = self.routes.view(world, heading)
+        memory = memory_of(self.planner).vector(view)
+        intent = self.planner(view)
+        self.knowledge = Knowledge.of(view, world.navigator.leg_is_done, memory, self.planner.phase)
         return intent, self.prior(proprioception(world.state, heading), intent)
 
 
-class TeacherExpert:
+class TeacherExpert(_Does):
     """The teachers as a recorder's expert: `intent, joint_targets = expert(world)`.
 
     Args:
@@ -80,17 +99,29 @@ class TeacherExpert:
         """Intents (N, 14) and servo targets (N, 28) in rad for the world's present state."""
         return self.teacher.decide(world)
 
+    @property
+    def knowledge(self) -> Knowledge | None:
+        """What it knew when it was last asked."""
+        return self.teacher.knowledge
 
-def expert_maker(policy: str) -> Callable[[int], PlannerExpert | TeacherExpert]:
-    """What builds an expert for a number of environments: `planner`, `teacher`, or a folder of teachers.
+
+def expert_maker(policy: str, beta: float = 0.0) -> Callable[[int], PlannerExpert | TeacherExpert | CorrectedStudent]:
+    """What builds an expert for a number of environments: `planner`, `teacher`, a folder of teachers, or one of a
+    student, who then acts while the teacher says what should be done, and acts itself in a share `beta` of the time.
 
     Raises:
         ValueError: it is none of these, or its weights cannot be read.
     """
     if policy == "planner":
         return PlannerExpert
+    if (Path(policy) / "config.json").is_file():
+        student = partial(CorrectedStudent, folder=policy, beta=beta)
+        student(1)
+        return student
     if policy != "teacher" and not (Path(policy) / TEACHER_FILES[0]).is_file():
-        raise ValueError(f"policy: {policy!r} is not known; valid: planner, teacher, a folder of teachers")
+        raise ValueError(
+            f"policy: {policy!r} is not known; valid: planner, teacher, a folder of teachers or of a student"
+        )
     make = partial(TeacherExpert, folder=None if policy == "teacher" else policy)
     make(1)  # so that what is wrong is said before anything is begun
     return make

@@ -9,9 +9,9 @@ import torch
 from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 
+from hv_policy.decision.network import DecisionNetwork
 from hv_teachers.teacher import Sight
 from hv_teachers.teacher_env import Label
-from hv_teachers.teacher_network import TeacherNetwork
 
 HUBER = 0.1
 """In the network's units: beyond it an error counts linearly."""
@@ -125,7 +125,7 @@ class ImitationBuffer:
 
 
 def imitation_loss(
-    network: TeacherNetwork, samples: Samples, geometry: Tensor, transition_weight: float, actions: bool = True
+    network: DecisionNetwork, samples: Samples, geometry: Tensor, transition_weight: float, actions: bool = True
 ) -> tuple[Tensor, dict[str, float]]:
     """Huber loss of the actions plus cross-entropy of the next phase.
 

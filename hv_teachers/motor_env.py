@@ -12,6 +12,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from hv_policy.decision.view import Phase, TaskView
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.kinematics import rotate_xy
 from hv_policy.motor.prior import MotorPrior, MotorStep
@@ -43,7 +44,7 @@ from hv_teachers.motor_scenes import (
     table_clearance_m,
     tables_of,
 )
-from hv_teachers.planner import Phase, PlannerConfig, PlannerView, ScriptedPlanner
+from hv_teachers.planner import PlannerConfig, ScriptedPlanner
 from hv_teachers.postures import reach_posture
 from hv_teachers.regrasp import Regrasp, regrasp
 
@@ -189,7 +190,7 @@ class MotorEnv:
     def _object(self) -> Tensor:
         return self._state.object_pos_w[:, 0]
 
-    def _view(self, heading: Heading) -> PlannerView:
+    def _view(self, heading: Heading) -> TaskView:
         state = self._state
         root = state.link_pos_w[:, 0, :2]
         rotation = state.object_rot_w[:, 0]
@@ -202,7 +203,7 @@ class MotorEnv:
         rows = torch.arange(self.num_envs)
         near = (self._waypoints[rows, self.waypoint_index] - root).norm(dim=-1) < 0.3
         self.waypoint_index = torch.minimum(self.waypoint_index + near.long(), high)
-        return PlannerView(
+        return TaskView(
             root_xy=root,
             root_yaw=torch.atan2(heading.sin, heading.cos),
             feet_xy=state.link_pos_w[:, body.FEET, :2].mean(1),

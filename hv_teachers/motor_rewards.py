@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import torch
 from torch import Tensor
 
+from hv_policy.decision.view import Phase
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.prior import MotorStep
 from hv_sim.observations import Heading
 from hv_sim.physics import PhysicsState
-from hv_teachers.planner import Phase
 
 if TYPE_CHECKING:
     from hv_teachers.motor_env import MotorEnv

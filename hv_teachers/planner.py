@@ -9,30 +9,14 @@ slipped away, or was put down in the wrong place, is approached again.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import torch
 from torch import Tensor
 
+from hv_policy.decision.view import Phase, TaskView
 from hv_policy.motor.embodiment import CONTROL_DT_S, HAND_RADIUS_M
 from hv_policy.motor.reference import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, VELOCITY, neutral_intent
 from hv_teachers.postures import reach_posture
-
-
-class Phase(IntEnum):
-    """What the planner is doing."""
-
-    APPROACH = 0
-    ALIGN = 1
-    REACH = 2
-    SQUEEZE = 3
-    LIFT = 4
-    CARRY = 5
-    ALIGN_PLACE = 6
-    LOWER = 7
-    RELEASE = 8
-    RETREAT = 9
-    IDLE = 10
 
 
 @dataclass(frozen=True)
@@ -74,27 +58,6 @@ class PlannerConfig:
     retreat_speed: float = 0.35
 
 
-@dataclass
-class PlannerView:
-    """What the planner looks at; world frame, one row per environment."""
-
-    root_xy: Tensor  # (N, 2)
-    root_yaw: Tensor  # (N,)
-    feet_xy: Tensor  # (N, 2) midpoint of the ankles
-    hands: Tensor  # (N, 2, 3) right, left
-    object_pos: Tensor  # (N, 3)
-    grasp: Tensor  # (N, 2, 3) where the hands should touch the object now, right, left
-    depth_m: Tensor  # (N,) extent of the object along the robot's view
-    goal_pos: Tensor  # (N, 3)
-    pick_stand: Tensor  # (N, 3) x, y, yaw
-    place_stand: Tensor  # (N, 3)
-    waypoint: Tensor  # (N, 2)
-    waypoint_is_last: Tensor  # (N,) bool: it is the stand of this leg
-    may_back: Tensor  # (N,) bool: a waypoint behind the robot is reached walking backward
-    clearance_m: Tensor  # (N,) how far walls and furniture are
-    away: Tensor  # (N, 2) the direction away from them
-
-
 class ScriptedPlanner:
     """Keeps each environment's phase; call it once per control step with what is to be seen."""
 
@@ -122,7 +85,7 @@ class ScriptedPlanner:
         self.lost[ids] = False
         self._start_height[ids] = -1.0
 
-    def __call__(self, view: PlannerView) -> Tensor:
+    def __call__(self, view: TaskView) -> Tensor:
         """(N, 14) intents for this control step."""
         c = self.config
         hands = _to_heading(view, view.hands)
@@ -221,7 +184,7 @@ class ScriptedPlanner:
         self.clock_s = self.clock_s + CONTROL_DT_S
         return intent
 
-    def _advance(self, view: PlannerView, hands: Tensor, grasp: Tensor, obj: Tensor) -> None:
+    def _advance(self, view: TaskView, hands: Tensor, grasp: Tensor, obj: Tensor) -> None:
         """Goes on to the next phase where the state says so."""
         c, phase, clock = self.config, self.phase, self.clock_s
         unset = self._start_height < 0
@@ -285,17 +248,17 @@ class ScriptedPlanner:
         self.phase = next_phase
         self.clock_s = torch.where(changed, torch.zeros_like(clock), clock)
 
-    def _remember(self, chosen: Tensor, view: PlannerView, hands: Tensor, obj: Tensor) -> None:
+    def _remember(self, chosen: Tensor, view: TaskView, hands: Tensor, obj: Tensor) -> None:
         self._from_hands = torch.where(chosen[:, None, None], hands, self._from_hands)
         self._offset = torch.where(chosen[:, None, None], hands - obj[:, None], self._offset)
         self._from_object = torch.where(chosen[:, None], view.object_pos, self._from_object)
 
-    def _lower_s(self, view: PlannerView) -> Tensor:
+    def _lower_s(self, view: TaskView) -> Tensor:
         """(N,) how long the lowering takes: the farther down, the longer."""
         c = self.config
         return c.lower_s + c.lower_s_per_m * (self._from_object[:, 2] - view.goal_pos[:, 2]).clamp(min=0.0)
 
-    def _lowered(self, view: PlannerView) -> tuple[Tensor, Tensor]:
+    def _lowered(self, view: TaskView) -> tuple[Tensor, Tensor]:
         """(N, 3) where the object should be by now while it is lowered, world frame, and the share of the way (N,)."""
         time = self.clock_s / self._lower_s(view)
         across, down = _smooth(time / 0.4), _smooth((time - 0.3) / 0.7)
@@ -304,7 +267,7 @@ class ScriptedPlanner:
         share = torch.stack([across, across, down], -1)
         return self._from_object + (goal - self._from_object) * share, across
 
-    def _carry_hands(self, view: PlannerView) -> Tensor:
+    def _carry_hands(self, view: TaskView) -> Tensor:
         """(N, 2, 3) hands that hold the object before the chest, heading frame."""
         c = self.config
         ahead = (0.2 + view.depth_m / 2).clamp(min=0.34)
@@ -324,21 +287,21 @@ def _wrap(angle: Tensor) -> Tensor:
     return torch.remainder(angle + torch.pi, 2 * torch.pi) - torch.pi
 
 
-def _to_heading(view: PlannerView, points_w: Tensor) -> Tensor:
+def _to_heading(view: TaskView, points_w: Tensor) -> Tensor:
     """(N, P, 3) world points -> heading frame with its origin on the floor under the pelvis."""
     c, s = view.root_yaw.cos()[:, None], view.root_yaw.sin()[:, None]
     x, y = (points_w[..., :2] - view.root_xy[:, None]).unbind(-1)
     return torch.stack([c * x + s * y, c * y - s * x, points_w[..., 2]], -1)
 
 
-def _to_world(view: PlannerView, point_h: Tensor) -> Tensor:
+def _to_world(view: TaskView, point_h: Tensor) -> Tensor:
     """(N, 3) heading frame -> world."""
     c, s = view.root_yaw.cos(), view.root_yaw.sin()
     x, y, z = point_h.unbind(-1)
     return torch.stack([view.root_xy[:, 0] + c * x - s * y, view.root_xy[:, 1] + s * x + c * y, z], -1)
 
 
-def _push(view: PlannerView, stand_distance: Tensor) -> Tensor:
+def _push(view: TaskView, stand_distance: Tensor) -> Tensor:
     """(N, 3) velocities away from furniture that is too near; not near a stand, where a table is meant to be near."""
     near = ((0.34 - view.clearance_m) / 0.12).clamp(0, 1) * ((stand_distance - 0.4) / 0.3).clamp(0, 1)
     c, s = view.root_yaw.cos(), view.root_yaw.sin()
@@ -346,7 +309,7 @@ def _push(view: PlannerView, stand_distance: Tensor) -> Tensor:
     return torch.stack([c * x + s * y, c * y - s * x, torch.zeros_like(x)], -1)
 
 
-def _walk(view: PlannerView, speed: Tensor, turn_rate: float, stand_distance: Tensor, push_h: Tensor) -> Tensor:
+def _walk(view: TaskView, speed: Tensor, turn_rate: float, stand_distance: Tensor, push_h: Tensor) -> Tensor:
     """(N, 3) velocities toward the waypoint: turn to it, then go, more slowly where it is narrow."""
     point = torch.cat([view.waypoint, torch.zeros_like(view.waypoint[:, :1])], -1)
     x, y, _ = _to_heading(view, point[:, None])[:, 0].unbind(-1)
@@ -362,7 +325,7 @@ def _walk(view: PlannerView, speed: Tensor, turn_rate: float, stand_distance: Te
     return torch.stack([pace, torch.zeros_like(pace), turn], -1) + push_h * ~backward[:, None]
 
 
-def _hold(view: PlannerView, stand: Tensor, other_way: Tensor | None = None) -> tuple[Tensor, Tensor]:
+def _hold(view: TaskView, stand: Tensor, other_way: Tensor | None = None) -> tuple[Tensor, Tensor]:
     """(N, 3) velocities that bring the robot to a stand pose without turning away from it, and the distance left (N,).
 
     Where `other_way` (N,) is true it turns the longer way round, if it has far to turn.

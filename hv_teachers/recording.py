@@ -14,7 +14,7 @@ import time
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -27,6 +27,7 @@ from tqdm import tqdm
 
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M
 from hv_sim.physics_backends import check_backend, make_renderer
+from hv_sim.rendering import CameraRenderer, StepCamera
 from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
 from hv_teachers.dataset_format import (
@@ -40,12 +41,25 @@ from hv_teachers.dataset_format import (
     features,
     verify_dataset,
 )
+from hv_teachers.glances import glance_around, no_action
+from hv_teachers.knowledge import KNOWLEDGE_COLUMNS, Knowledge
 
 REPORT_FILE = "meta/hv_recording.json"
 
 
 class Expert(Protocol):
     """Decides for every environment of a world at once; may use everything that the simulator knows."""
+
+    @property
+    def knowledge(self) -> Knowledge | None:
+        """What it knew when it was last asked; None if that cannot be said, and zeros are recorded then."""
+
+    @property
+    def executed(self) -> Tensor | None:
+        """(N, 28) joint targets that are done instead of those that it says, which are recorded; None: what it says."""
+
+    def see_through(self, camera: StepCamera) -> None:
+        """The camera to look through, for one that needs pictures; called before the first step."""
 
     def reset(self, ids: Tensor | None = None) -> None:
         """Forget what is remembered of environments `ids` (all by default): new episodes begin there."""
@@ -62,6 +76,11 @@ class RecordingConfig:
         seed: of the whole recording.
         image_size_px: side of the square head camera picture.
         max_episode_steps: control steps (30 a second) after which an attempt ends; None: the world's default.
+        glances: pictures from random places to be recorded of each task instead of an attempt (`hv_teachers.glances`);
+            0 for attempts.
+        beta: share of the time in which the teacher acts where a student is recorded.
+        end_when_fallen: an attempt ends a second after a fall; what follows teaches nothing.
+        frame_stride: control steps from one frame to the next; the dataset then has 30 / frame_stride frames a second.
         drop_failed: leave out attempts in which not every object ends at its goal; they are still counted.
         physics: one of `hv_sim.physics_backends.BACKENDS`; it also says who renders.
 
@@ -72,11 +91,21 @@ class RecordingConfig:
     seed: int = 0
     image_size_px: int = 128
     max_episode_steps: int | None = None
+    glances: int = 0
+    beta: float = 0.0
+    end_when_fallen: bool = False
+    frame_stride: int = 1
     drop_failed: bool = False
     physics: str = "cpu"
 
     def __post_init__(self) -> None:
         check_backend(self.physics)
+        if self.glances and self.physics != "cpu":
+            raise RecordingError(f"physics: {self.physics!r} is not valid with glances; valid: cpu")
+        if not 0 <= self.beta <= 1:
+            raise RecordingError(f"beta: {self.beta} is not valid; valid: 0 to 1")
+        if self.frame_stride < 1 or FPS % self.frame_stride:
+            raise RecordingError(f"frame_stride: {self.frame_stride} is not valid; valid: a divisor of {FPS}")
 
 
 @dataclass
@@ -230,7 +259,7 @@ def _record_attempts(
     else:
         dataset = LeRobotDataset.create(
             name,
-            fps=FPS,
+            fps=FPS // config.frame_stride,
             features=features(config.image_size_px),
             root=written,
             robot_type="hv_humanoid",
@@ -243,7 +272,7 @@ def _record_attempts(
         with tqdm(total=len(wanted), desc="Recording", unit="episode", disable=not show) as progress:
             for group in _groups(wanted, config, num_envs):
                 started = time.perf_counter()
-                rolled = roll_attempts(group, make_expert, config)
+                rolled = roll_glances(group, config) if config.glances else roll_attempts(group, make_expert, config)
                 report.rollout_s += time.perf_counter() - started
                 for attempt, frames in rolled:
                     started = time.perf_counter()
@@ -278,31 +307,54 @@ def roll_attempts(
     world.reset(seeds=seeds)
     expert = make_expert(len(attempts))
     expert.reset()
-    camera = make_renderer(config.physics, config.image_size_px, config.image_size_px)
+    renderer = make_renderer(config.physics, config.image_size_px, config.image_size_px)
+    camera = StepCamera(renderer, world.physics)
+    expert.see_through(camera)
+    frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
+    since_fall = torch.zeros(len(attempts), dtype=torch.long)
+    try:
+        while True:
+            since_fall += world.fallen
+            over = world.done | (since_fall > FPS) if config.end_when_fallen else world.done
+            if bool(over.all()):
+                break
+            intent, joint_targets = expert(world)
+            due = torch.nonzero(~over & (world.episode_step % config.frame_stride == 0)).flatten().tolist()
+            if due:
+                arrays, instructions = _columns(world, expert.knowledge, intent, joint_targets), world.instructions()
+                for env in due:
+                    row = {key: value[env].copy() for key, value in arrays.items()}
+                    frames[env].append({HEAD_IMAGE: camera.picture(env).copy(), **row, "task": instructions[env]})
+            world.step(joint_targets if expert.executed is None else expert.executed)
+            camera.forget()
+    finally:
+        renderer.close()
+    return _outcomes(attempts, world, frames)
+
+
+def roll_glances(
+    attempts: Sequence[tuple[Task, int]], config: RecordingConfig
+) -> list[tuple[Attempt, list[dict[str, Any]]]]:
+    """As `roll_attempts`, but `config.glances` pictures from random places instead (`hv_teachers.glances`)."""
+    seeds = [attempt_seed(config.seed, task.name, repeat) for task, repeat in attempts]
+    renderer = CameraRenderer(config.image_size_px, config.image_size_px)
     frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
     try:
-        while not bool(world.done.all()):
-            running = torch.nonzero(~world.done).flatten().tolist()
-            images = camera.render_batch(world.physics, running)
-            observation, instructions = world.observe(), world.instructions()
-            intent, joint_targets = expert(world)
-            vectors = {
-                STATE: observation.proprioception,
-                ACTION: joint_targets,
-                "privileged.object": observation.object,
-                "privileged.goal": observation.goal,
-                "privileged.waypoint": observation.waypoint,
-                "privileged.half_extents": observation.half_extents,
-                "privileged.intent": intent,
-                "privileged.subtask_index": world.subtask_index[:, None],
-            }
-            arrays = {key: value.float().cpu().numpy() for key, value in vectors.items()}
-            for image, env in zip(images, running, strict=True):
+        for world, knowledge in glance_around([task for task, _ in attempts], seeds, config.glances):
+            arrays, instructions = _columns(world, knowledge, *no_action(world)), world.instructions()
+            for env, image in enumerate(renderer.render_batch(world.physics)):
                 row = {key: value[env].copy() for key, value in arrays.items()}
                 frames[env].append({HEAD_IMAGE: image, **row, "task": instructions[env]})
-            world.step(joint_targets)
     finally:
-        camera.close()
+        renderer.close()
+    outcomes = _outcomes(attempts, world, frames)
+    return [(replace(attempt, seed=seed), rows) for (attempt, rows), seed in zip(outcomes, seeds, strict=True)]
+
+
+def _outcomes(
+    attempts: Sequence[tuple[Task, int]], world: RearrangeWorld, frames: list[list[dict[str, Any]]]
+) -> list[tuple[Attempt, list[dict[str, Any]]]]:
+    """What became of each attempt, and its frames."""
     outcomes = [
         Attempt(
             task=record.task,
@@ -310,13 +362,33 @@ def roll_attempts(
             seed=record.seed,
             success=all(record.succeeded(SUCCESS_THRESHOLDS_M[0])),
             num_finished=record.num_finished,
-            num_frames=record.num_steps,
+            num_frames=len(rows),
             fallen=record.fallen,
             distances_m=[d if math.isfinite(d) else None for d in record.distances_m],
         )
-        for (_, repeat), record in zip(attempts, world.records(), strict=True)
+        for (_, repeat), record, rows in zip(attempts, world.records(), frames, strict=True)
     ]
     return list(zip(outcomes, frames, strict=True))
+
+
+def _columns(
+    world: RearrangeWorld, knowledge: Knowledge | None, intent: Tensor, joint_targets: Tensor
+) -> dict[str, np.ndarray]:
+    """`VECTOR_COLUMNS` of every environment, (N, size) float32 each."""
+    observation = world.observe()
+    known = {} if knowledge is None else knowledge.columns()
+    vectors = {
+        STATE: observation.proprioception,
+        ACTION: joint_targets,
+        "privileged.object": observation.object,
+        "privileged.goal": observation.goal,
+        "privileged.waypoint": observation.waypoint,
+        "privileged.half_extents": observation.half_extents,
+        "privileged.intent": intent,
+        "privileged.subtask_index": world.subtask_index[:, None],
+        **{name: known.get(name, torch.zeros(world.num_envs, size)) for name, size in KNOWLEDGE_COLUMNS.items()},
+    }
+    return {key: value.float().cpu().numpy() for key, value in vectors.items()}
 
 
 def _groups(
@@ -363,6 +435,6 @@ def read_attempts(file: Path, config: RecordingConfig) -> list[Attempt]:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RecordingError(f"dataset {root}: cannot be resumed, {REPORT_FILE} is missing or damaged") from error
     for name, value in asdict(config).items():
-        if before.get(name, "cpu" if name == "physics" else None) != value:
+        if before.get(name, getattr(RecordingConfig(), name)) != value:  # what is younger had its default then
             raise RecordingError(f"dataset {root}: was recorded with {name}={before.get(name)}, not {value}")
     return attempts

@@ -6,10 +6,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from hv_policy.decision.view import TaskView
 from hv_policy.motor import embodiment as body
 from hv_sim.observations import Heading
 from hv_sim.world import RearrangeWorld
-from hv_teachers.planner import PlannerView
 
 
 class RouteViews:
@@ -50,7 +50,7 @@ class RouteViews:
             self._last[i, 0], self._last[i, 1] = to_object - 1, to_object + len(route.waypoints_to_goal) - 1
         return torch.tensor(changed, dtype=torch.long)
 
-    def view(self, world: RearrangeWorld, heading: Heading | None = None) -> PlannerView:
+    def view(self, world: RearrangeWorld, heading: Heading | None = None) -> TaskView:
         """What there is to see now."""
         heading = Heading.of(world.state) if heading is None else heading
         state, rows = world.state, self._rows
@@ -60,7 +60,7 @@ class RouteViews:
         navigator = world.navigator
         is_last = (navigator.waypoint_index[:, None] == self._last).any(-1)
         clearance, away = navigator.room(state.link_pos_w[:, 0])
-        return PlannerView(
+        return TaskView(
             root_xy=state.link_pos_w[:, 0, :2],
             root_yaw=torch.atan2(heading.sin, heading.cos),
             feet_xy=state.link_pos_w[:, body.FEET, :2].mean(1),

@@ -165,11 +165,11 @@ def _begin(folder: Path, config: RecordingConfig, shared_by: int | None) -> None
     """
     plan = folder / PLAN_FILE
     wanted = {**asdict(config), **({} if shared_by is None else {"num_envs": shared_by})}
+    defaults = {**asdict(RecordingConfig()), "num_envs": shared_by}  # alone, one may cut the shards another way
     if plan.exists():
         before = json.loads(plan.read_text())
         for name, value in wanted.items():
-            # alone, one may cut the shards another way
-            if before.get(name, value if name == "num_envs" else None) != value:
+            if before.get(name, defaults[name]) != value:
                 raise RecordingError(f"{folder}: holds shards recorded with {name}={before.get(name)}, not {value}")
         wanted = {**before, **wanted}
     folder.mkdir(parents=True, exist_ok=True)

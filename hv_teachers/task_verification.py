@@ -21,12 +21,12 @@ from hv_sim.humanoid import ROBOT_NQ, ROBOT_NV
 from hv_sim.navigation import SubTaskRoute, plan_subtask
 from hv_sim.places import layout_at
 from hv_sim.scene import Scene, compile_scene, rotation_about_z
-from hv_sim.task import Task, TaskError
+from hv_sim.task import SUPPORT_TOLERANCE_M, Task, TaskError
 from hv_teachers.postures import reach_posture
 
 SETTLE_S = 1.5
-MOVED_M, TIPPED_RAD = 0.01, 0.05
-"""More than this while it settles, and a thing does not stand where the task puts it."""
+TIPPED_RAD = 0.05
+"""More than this, or than `SUPPORT_TOLERANCE_M`, while it settles, and a thing does not stand where it was put."""
 REACHED_M = 0.03
 LOWEST_GRASP_M = 0.05
 LACKING_M, MISSED_M = 0.005, 0.1
@@ -149,7 +149,7 @@ def _settle(scene: Scene, data: mujoco.MjData, poses: np.ndarray) -> str:
     for name, before, after in zip(scene.object_names, poses, now, strict=True):
         moved = float(np.linalg.norm(after[:3] - before[:3]))
         up = 1 - 2 * (after[4] ** 2 + after[5] ** 2)
-        if not moved < MOVED_M or not up > np.cos(TIPPED_RAD):
+        if not moved < SUPPORT_TOLERANCE_M or not up > np.cos(TIPPED_RAD):
             return f"{name!r} does not stay where it stands: it moves {moved:.3f} m"
     return ""
 

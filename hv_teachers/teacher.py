@@ -12,14 +12,17 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
+from hv_policy.decision.memory import TaskMemory
+from hv_policy.decision.network import DecisionNetwork, hand_anchors, sight
+from hv_policy.decision.view import Phase, TaskView, to_heading
+from hv_policy.decision.weights import load_decision, save_decision
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_sim.observations import Heading
 from hv_sim.world import RearrangeWorld
-from hv_teachers.planner import Phase, PlannerView
+from hv_teachers.knowledge import Knowledge
 from hv_teachers.routes import RouteViews, replan_routes
-from hv_teachers.teacher_memory import TeacherMemory, to_heading
-from hv_teachers.teacher_network import TeacherNetwork, hand_anchors, load_teacher, save_teacher, sight
+from hv_teachers.sight_noise import SightNoise, SightNoiseConfig
 
 WEIGHTS = Path(__file__).resolve().parent / "weights"
 TEACHER_FILES = ("teacher_1.safetensors", "teacher_2.safetensors")
@@ -30,7 +33,9 @@ class Sight:
     """What a teacher sees at one step, one row per environment."""
 
     proprioception: Tensor  # (N, 223)
-    view: PlannerView
+    view: TaskView
+    truth: TaskView
+    """As `view`, without the errors that it may have."""
     sights: Tensor  # (N, SIGHT_DIM)
     geometry: Tensor  # (N, 600)
     half_extents: Tensor  # (N, 3)
@@ -52,12 +57,16 @@ class TeacherSenses:
         num_envs: environments.
         remembers_phase: the network has `memory: phase`.
         num_actions: width of an action, to remember the last one.
+        noise: errors of what is seen.
     """
 
-    def __init__(self, num_envs: int, remembers_phase: bool, num_actions: int) -> None:
+    def __init__(
+        self, num_envs: int, remembers_phase: bool, num_actions: int, noise: SightNoiseConfig | None = None
+    ) -> None:
+        self.noise = SightNoise(num_envs, noise) if noise and (noise.near_m or noise.per_m) else None
         self.num_envs, self.remembers_phase = num_envs, remembers_phase
         self.routes = RouteViews(num_envs)
-        self.memory = TeacherMemory.of(num_envs)
+        self.memory = TaskMemory.of(num_envs)
         self.last_action = torch.zeros(num_envs, num_actions)
         """(N, A) in the network's units."""
         self.lost = torch.zeros(num_envs, dtype=torch.bool)
@@ -78,14 +87,16 @@ class TeacherSenses:
         self.memory.reset(changed[~again])  # a new sub-task, not one that is tried again
         self.last_action[changed] = 0.0
         heading = Heading.of(world.state)
-        view = self.routes.view(world, heading)
+        view = truth = self.routes.view(world, heading)
         observation = world.observe()
+        if self.noise is not None:
+            view, observation = self.noise(world.episode_seed, world.episode_step, view, observation, heading)
         navigator = world.navigator
         seen = sight(observation, view, navigator.leg_is_done, navigator.picked_up)
         geometry = observation.bps.flatten(1)
-        return Sight(observation.proprioception, view, seen, geometry, observation.half_extents)
+        return Sight(observation.proprioception, view, truth, seen, geometry, observation.half_extents)
 
-    def decide(self, networks: Sequence[TeacherNetwork], who: Tensor, seen: Sight) -> Decision:
+    def decide(self, networks: Sequence[DecisionNetwork], who: Tensor, seen: Sight) -> Decision:
         """Lets network `who` (N,) of `networks` decide in each environment, and moves the memory on."""
         phase = self.memory.phase
         if self.remembers_phase:
@@ -137,7 +148,7 @@ class Teacher:
         ValueError: there is no network, or they differ in action or memory.
     """
 
-    def __init__(self, networks: Sequence[TeacherNetwork], prior: MotorPrior | None = None) -> None:
+    def __init__(self, networks: Sequence[DecisionNetwork], prior: MotorPrior | None = None) -> None:
         kinds = {(n.config.action, n.config.memory) for n in networks}
         if len(kinds) != 1:
             raise ValueError(
@@ -147,6 +158,8 @@ class Teacher:
         self.config = self.networks[0].config
         self.prior = (prior or load_shipped_motor_prior()) if self.config.action == "intent" else None
         self._senses: TeacherSenses | None = None
+        self.knowledge: Knowledge | None = None
+        """What it knew when it was last asked; None for networks that remember no phase."""
 
     def reset(self, ids: Tensor | None = None) -> None:
         """Forgets environments `ids` (default: all); needed only between worlds, a new episode is noticed."""
@@ -178,7 +191,11 @@ class Teacher:
                 self.prior.reset(begun if len(begun) < n else None)
         seen = self._senses.look(world)
         who = world.subtask_index.clamp(max=len(self.networks) - 1)
+        memory = self._senses.memory.vector(seen.view)
         action = self._senses.decide(self.networks, who, seen).action
+        if self._senses.remembers_phase:
+            done, phase = world.navigator.leg_is_done, self._senses.memory.phase
+            self.knowledge = Knowledge.of(seen.truth, done, memory, phase)
         self._senses.acted(action)
         decided = self.networks[0].from_units(action)
         if self.prior is None:
@@ -198,7 +215,7 @@ class Teacher:
         if len(self.networks) > len(TEACHER_FILES):
             raise ValueError(f"networks: {len(self.networks)}; valid: at most {len(TEACHER_FILES)}")
         for network, name in zip(self.networks, TEACHER_FILES, strict=False):
-            save_teacher(network, Path(folder) / name, metadata)
+            save_decision(network, Path(folder) / name, metadata)
 
     @staticmethod
     def load(folder: Path, prior: MotorPrior | None = None) -> Teacher:
@@ -210,7 +227,7 @@ class Teacher:
         paths = [Path(folder) / name for name in TEACHER_FILES]
         if not paths[0].is_file():
             raise ValueError(f"{paths[0]}: there is no such file; valid: a folder with {' and '.join(TEACHER_FILES)}")
-        return Teacher([load_teacher(path) for path in paths if path.is_file()], prior)
+        return Teacher([load_decision(path) for path in paths if path.is_file()], prior)
 
 
 def load_shipped_teacher(prior: MotorPrior | None = None) -> Teacher:
@@ -225,7 +242,7 @@ def load_shipped_teacher(prior: MotorPrior | None = None) -> Teacher:
     return Teacher.load(WEIGHTS, prior)
 
 
-def _shares(networks: Sequence[TeacherNetwork], who: Tensor) -> list[tuple[Tensor | slice, TeacherNetwork]]:
+def _shares(networks: Sequence[DecisionNetwork], who: Tensor) -> list[tuple[Tensor | slice, DecisionNetwork]]:
     """The rows that each network decides in."""
     if len(networks) == 1:
         return [(slice(None), networks[0])]
@@ -233,7 +250,7 @@ def _shares(networks: Sequence[TeacherNetwork], who: Tensor) -> list[tuple[Tenso
     return [(rows, network) for rows, network in shares if len(rows)]
 
 
-def _present(view: PlannerView) -> Tensor:
+def _present(view: TaskView) -> Tensor:
     """(N, 18) a memory's numbers for networks that have none: everything is as it is now."""
     hands = to_heading(view, view.hands)
     obj = to_heading(view, view.object_pos[:, None])

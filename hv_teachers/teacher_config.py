@@ -10,10 +10,10 @@ from typing import Any
 
 import yaml
 
+from hv_policy.decision.network import DecisionConfig
 from hv_teachers.amp import StyleConfig
 from hv_teachers.curriculum import PARTS
 from hv_teachers.teacher_env import TeacherEnvConfig
-from hv_teachers.teacher_network import TeacherConfig
 
 CONFIG_FOLDER = Path(__file__).resolve().parents[1] / "configs"
 
@@ -99,7 +99,7 @@ class TeacherTrainingConfig:
     motion_tasks: int = 64
     """Episodes that the planner plays for the motion set."""
     env: TeacherEnvConfig = field(default_factory=TeacherEnvConfig)
-    teacher: TeacherConfig = field(default_factory=TeacherConfig)
+    teacher: DecisionConfig = field(default_factory=DecisionConfig)
     dagger: DaggerConfig = field(default_factory=DaggerConfig)
     ppo: PpoConfig = field(default_factory=PpoConfig)
     style: StyleConfig = field(default_factory=StyleConfig)

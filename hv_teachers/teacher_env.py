@@ -12,6 +12,9 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
+from hv_policy.decision.memory import TaskMemory
+from hv_policy.decision.network import DecisionConfig, DecisionNetwork, hand_anchors
+from hv_policy.decision.view import Phase
 from hv_policy.motor.embodiment import CONTROL_DT_S
 from hv_policy.motor.prior import MotorPrior
 from hv_sim.instructor import InstructorConfig
@@ -19,7 +22,8 @@ from hv_sim.metrics import SUCCESS_THRESHOLDS_M
 from hv_sim.physics_backends import check_backend
 from hv_sim.task import Task
 from hv_sim.world import STEPS_PER_SUBTASK, RearrangeWorld
-from hv_teachers.planner import Phase, ScriptedPlanner
+from hv_teachers.planner import ScriptedPlanner
+from hv_teachers.planner_memory import lend_memory, memory_of
 from hv_teachers.rewards import (
     RetreatRewardConfig,
     TaskRewardConfig,
@@ -28,10 +32,9 @@ from hv_teachers.rewards import (
     surface_points,
     task_rewards,
 )
+from hv_teachers.sight_noise import SightNoiseConfig
 from hv_teachers.style import StyleHistory, style_frame
 from hv_teachers.teacher import Decision, Sight, TeacherSenses
-from hv_teachers.teacher_memory import TeacherMemory
-from hv_teachers.teacher_network import TeacherConfig, TeacherNetwork, hand_anchors
 
 REWARDS = ("rearrange", "retreat")
 
@@ -58,6 +61,8 @@ class TeacherEnvConfig:
     num_threads: int = 0
     physics: str = "cpu"
     """`cpu` or `warp`, see `hv_sim.physics_backends`."""
+    noise: SightNoiseConfig = field(default_factory=SightNoiseConfig)
+    """Errors of what the networks see; the planner, who labels it, sees things as they are."""
 
     def __post_init__(self) -> None:
         if self.reward not in REWARDS:
@@ -78,7 +83,7 @@ class Label:
     anchors: Tensor  # (N, 42) of that memory
     action: Tensor  # (N, A) in the network's units
     lost: Tensor  # (N,) bool
-    remembered: TeacherMemory  # the planner's, after the phase changed
+    remembered: TaskMemory  # the planner's, after the phase changed
 
 
 @dataclass
@@ -108,10 +113,10 @@ class TeacherEnv:
         self,
         tasks: Sequence[Task],
         config: TeacherEnvConfig,
-        teacher: TeacherConfig,
+        teacher: DecisionConfig,
         prior: MotorPrior,
         seed: int,
-        first: TeacherNetwork | None = None,
+        first: DecisionNetwork | None = None,
     ) -> None:
         self.config, self.teacher, self.prior, self.seed, self.first = config, teacher, prior, seed, first
         most = max(len(task.subtasks) for task in tasks)
@@ -125,9 +130,9 @@ class TeacherEnv:
         self.num_envs = self.world.num_envs
         self._max_steps = config.steps_per_subtask * self.world.instructor.num_subtasks
         self._rows = torch.arange(self.num_envs)
-        self._units = TeacherNetwork(TeacherConfig(action=teacher.action, memory="none", hidden=(1,), geometry=0))
+        self._units = DecisionNetwork(DecisionConfig(action=teacher.action, memory="none", hidden=(1,), geometry=0))
         self.planner = ScriptedPlanner(self.num_envs)
-        self.senses = TeacherSenses(self.num_envs, teacher.memory == "phase", teacher.num_actions)
+        self.senses = TeacherSenses(self.num_envs, teacher.memory == "phase", teacher.num_actions, config.noise)
         self.history = StyleHistory(self.num_envs)
         self.episodes = torch.zeros(self.num_envs, dtype=torch.long)
         """(N,) episodes begun so far."""
@@ -184,9 +189,9 @@ class TeacherEnv:
         memory = self.senses.memory
         before = memory.vector(seen.view)
         if self.senses.remembers_phase:
-            memory.lend_to(self.planner)
-        intent = self.planner(seen.view)
-        after = TeacherMemory.of_planner(self.planner)
+            lend_memory(memory, self.planner)
+        intent = self.planner(seen.truth)
+        after = memory_of(self.planner)
         after.clock_s = after.clock_s - CONTROL_DT_S  # the planner's step has passed already
         vector = after.vector(seen.view)
         if self.senses.remembers_phase:
@@ -204,7 +209,7 @@ class TeacherEnv:
             self.senses.lost = torch.where(chosen, label.lost, self.senses.lost)
         return torch.where(chosen[:, None], label.action, decision.action)
 
-    def decide(self, network: TeacherNetwork, seen: Sight) -> Decision:
+    def decide(self, network: DecisionNetwork, seen: Sight) -> Decision:
         """Lets the network decide, and the first teacher where it is its turn; the memory moves on."""
         if self.first is None:
             return self.senses.decide([network], torch.zeros_like(self._rows), seen)

@@ -14,27 +14,27 @@ from rsl_rl.modules.distribution import GaussianDistribution
 from tensordict import TensorDict
 from torch import Tensor, nn
 
+from hv_policy.decision.memory import NUM_PHASES
+from hv_policy.decision.network import DecisionNetwork
 from hv_teachers.amp import AmpPPO, StyleConfig
 from hv_teachers.style import MotionSet
 from hv_teachers.teacher import Decision, Sight
 from hv_teachers.teacher_config import PpoConfig
 from hv_teachers.teacher_env import Label, TeacherEnv
-from hv_teachers.teacher_memory import NUM_PHASES
-from hv_teachers.teacher_network import TeacherNetwork
 
 SEEN = ("sights", "anchors", "geometry", "memory")
-"""Groups of an observation that the actor reads, in the order of `TeacherNetwork.forward`."""
+"""Groups of an observation that the actor reads, in the order of `DecisionNetwork.forward`."""
 
 
 class TeacherActor(MLPModel):
-    """Wraps a `TeacherNetwork`: its action is the mean of a Gaussian of fixed spread.
+    """Wraps a `DecisionNetwork`: its action is the mean of a Gaussian of fixed spread.
 
     Which phase it is has been decided before; PPO improves what is done in it.
     """
 
     def __init__(
         self, obs: TensorDict, obs_groups: dict[str, list[str]], obs_set: str, output_dim: int,
-        network: TeacherNetwork, noise: float,
+        network: DecisionNetwork, noise: float,
     ) -> None:  # fmt: skip
         nn.Module.__init__(self)
         self.obs_groups, self.obs_dim = self._get_obs_dim(obs, obs_groups, obs_set)
@@ -76,7 +76,7 @@ def observations(env: TeacherEnv, seen: Sight, decision: Decision, label: Label 
 
 
 def build_ppo(
-    network: TeacherNetwork, first: TensorDict, config: PpoConfig, style: StyleConfig, motion_set: MotionSet | None
+    network: DecisionNetwork, first: TensorDict, config: PpoConfig, style: StyleConfig, motion_set: MotionSet | None
 ) -> AmpPPO:
     """rsl_rl's PPO around a network; `first` is any observation of the environment."""
     cfg = {
@@ -114,7 +114,7 @@ def build_ppo(
     return ppo
 
 
-def network_of(ppo: AmpPPO) -> TeacherNetwork:
+def network_of(ppo: AmpPPO) -> DecisionNetwork:
     """The network that PPO trains: a copy of the one that it was built with."""
     actor = ppo.actor
     assert isinstance(actor, TeacherActor)

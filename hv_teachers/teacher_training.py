@@ -17,18 +17,19 @@ import yaml
 from tensordict import TensorDict
 from tqdm import tqdm
 
+from hv_policy.decision.network import DecisionNetwork
+from hv_policy.decision.view import Phase
+from hv_policy.decision.weights import load_decision, save_decision
 from hv_policy.motor.prior import MotorPrior, load_motor_prior, load_shipped_motor_prior
 from hv_teachers.amp import AmpPPO
 from hv_teachers.curriculum import practice_tasks, share_of_tasks
 from hv_teachers.imitation import ImitationBuffer, Samples, imitation_loss
 from hv_teachers.mocap import motion_clips, wheel_motions
-from hv_teachers.planner import Phase
 from hv_teachers.style import MotionSet, record_motion_set
 from hv_teachers.teacher import Decision
 from hv_teachers.teacher_config import TeacherTrainingConfig, differences, plain, training_config
 from hv_teachers.teacher_curve import TrainingCurve, episode_means
 from hv_teachers.teacher_env import Outcome, TeacherEnv
-from hv_teachers.teacher_network import TeacherNetwork, load_teacher, save_teacher
 from hv_teachers.teacher_ppo import build_ppo, network_of, observations
 from hv_teachers.world_snapshot import restore_env, save_env
 
@@ -61,8 +62,8 @@ class _Trainer:
         torch.manual_seed(config.seed)
         self.tasks = practice_tasks(config.tasks, config.part)
         self.prior: MotorPrior = load_motor_prior(Path(config.prior)) if config.prior else load_shipped_motor_prior()
-        self.first = load_teacher(Path(config.first_teacher)) if config.first_teacher else None
-        self.network = load_teacher(Path(config.init)) if config.init else TeacherNetwork(config.teacher)
+        self.first = load_decision(Path(config.first_teacher)) if config.first_teacher else None
+        self.network = load_decision(Path(config.init)) if config.init else DecisionNetwork(config.teacher)
         if self.network.config != config.teacher:
             raise ValueError(f"init: {config.init} is another network; teacher must be {plain(self.network.config)}")
         if self.first is not None and self.first.config.memory != config.teacher.memory:
@@ -313,7 +314,7 @@ class _Trainer:
         temporary.replace(self.output / "resume.pt")
         self.buffer.forget_files()
         about = {"samples": str(self.samples), "seed": str(self.config.seed), "name": self.config.name}
-        save_teacher(self.network, self.weights, about)
+        save_decision(self.network, self.weights, about)
         self.curve.flush()
 
 

@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 import torch
 
+from hv_policy.decision.memory import TaskMemory
 from hv_policy.motor.prior import MotorPrior
 from hv_policy.motor.reference import ReferenceState
 from hv_sim.navigation import SubTaskRoute
 from hv_sim.world import RearrangeWorld
 from hv_teachers.planner import ScriptedPlanner
+from hv_teachers.planner_memory import lend_memory, memory_of
 from hv_teachers.teacher_env import TeacherEnv
-from hv_teachers.teacher_memory import TeacherMemory
 
 _WORLD = ("episode_step", "fallen", "_distance_at_instruction_m")
 _INSTRUCTOR = ("num_finished", "steps_since_instruction", "steps_held")
@@ -33,7 +34,7 @@ def save_env(env: TeacherEnv) -> dict[str, Any]:
     return {
         "world": _save_world(env.world),
         "prior": _save_prior(env.prior),
-        "planner": _tensors(TeacherMemory.of_planner(env.planner)) | {"lost": env.planner.lost.clone()},
+        "planner": _tensors(memory_of(env.planner)) | {"lost": env.planner.lost.clone()},
         "memory": _tensors(senses.memory),
         "last_action": senses.last_action.clone(),
         "lost": senses.lost.clone(),
@@ -49,7 +50,7 @@ def restore_env(env: TeacherEnv, saved: dict[str, Any]) -> None:
     _restore_prior(env.prior, saved["prior"])
     _restore_planner(env.planner, saved["planner"])
     senses = env.senses
-    senses.memory = TeacherMemory(**{k: v.clone() for k, v in saved["memory"].items()})
+    senses.memory = TaskMemory(**{k: v.clone() for k, v in saved["memory"].items()})
     senses.last_action, senses.lost = saved["last_action"].clone(), saved["lost"].clone()
     senses.routes.reset(torch.arange(env.num_envs))
     senses.routes.follow(env.world)  # taken over without starting the memory anew
@@ -118,7 +119,7 @@ def _restore_prior(prior: MotorPrior, saved: dict[str, Any]) -> None:
 
 def _restore_planner(planner: ScriptedPlanner, saved: dict[str, Any]) -> None:
     rows = {k: v.clone() for k, v in saved.items() if k != "lost"}
-    TeacherMemory(**rows).lend_to(planner)
+    lend_memory(TaskMemory(**rows), planner)
     planner.lost = saved["lost"].clone()
 
 

@@ -1,6 +1,6 @@
 """hv-checkpoint: where the weights that come with the package are.
 
-    lerobot-eval --policy.path=$(hv-checkpoint student) --env.type=hv_sim --env.task=unseen
+lerobot-eval --policy.path=$(hv-checkpoint student) --env.type=hv_sim --env.task=unseen
 """
 
 from __future__ import annotations

@@ -37,6 +37,10 @@ def main(arguments: list[str] | None = None) -> int:
             seed=options.seed,
             image_size_px=options.image_size,
             max_episode_steps=options.max_episode_steps,
+            frame_stride=options.frame_stride,
+            glances=options.glances,
+            beta=options.beta,
+            end_when_fallen=options.end_when_fallen,
             drop_failed=options.drop_failed,
             physics=options.physics,
         )
@@ -46,7 +50,7 @@ def main(arguments: list[str] | None = None) -> int:
         report = record_shards(
             options.root,
             tasks,
-            expert_maker(options.policy),
+            expert_maker(options.policy, options.beta),
             config,
             repeats=options.repeats,
             num_envs=options.num_envs,
@@ -91,7 +95,19 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--image-size", type=_positive, default=128, help="side of the pictures in pixels")
     parser.add_argument("--max-episode-steps", type=_positive, help="control steps (30 a second) of an attempt")
-    parser.add_argument("--policy", default="planner", help="planner, teacher, or a folder of teachers")
+    parser.add_argument(
+        "--frame-stride", type=_positive, default=1, help="control steps from one frame to the next: 6 is 5 frames/s"
+    )
+    parser.add_argument(
+        "--glances", type=int, default=0, help="pictures from random places, so many a task; no attempts"
+    )
+    parser.add_argument("--beta", type=float, default=0.0, help="share of the time in which the teacher acts instead")
+    parser.add_argument("--end-when-fallen", action="store_true", help="attempts end a second after a fall")
+    parser.add_argument(
+        "--policy",
+        default="planner",
+        help="planner, teacher, a folder of teachers, or of a student: it acts, the teacher's actions are recorded",
+    )
     parser.add_argument("--num-envs", type=_positive, default=4, help="attempts that a process simulates side by side")
     parser.add_argument("--workers", type=_positive, default=0, help="processes (default: one a core)")
     parser.add_argument("--engine", choices=("pool", "ray"), default="pool", help="who runs the processes")

@@ -1,4 +1,7 @@
-"""Draws and verifies many tasks at once, in processes; results come in order, whatever their number."""
+"""Draws and verifies many tasks at once, in processes; results come in order, whatever their number.
+
+Progress is shown on a terminal only.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ def generate_suite(name: str, workers: int = 0, seen: list[Task] | None = None) 
     """A suite as it is in the package; `seen`, if it was drawn already, spares drawing it again for `single`."""
     if name == "single":
         whole = generate_suite("seen", workers) if seen is None else seen
-        return list(tqdm(single_tasks(whole), desc=name, unit="task", total=SUITE_SIZES[name]))
+        return list(tqdm(single_tasks(whole), desc=name, unit="task", total=SUITE_SIZES[name], disable=None))
     return _in_processes(partial(_draw, name), range(SUITE_SIZES[name]), workers, name)
 
 
@@ -59,6 +62,6 @@ def _in_processes(job: Callable[[Any], Any], items: Iterable[Any], workers: int,
     work = list(items)
     number = min(workers or os.cpu_count() or 1, len(work))
     if number <= 1:
-        return [job(item) for item in tqdm(work, desc=title, unit="task")]
+        return [job(item) for item in tqdm(work, desc=title, unit="task", disable=None)]
     with multiprocessing.get_context("spawn").Pool(number, initializer=_one_thread) as pool:
-        return list(tqdm(pool.imap(job, work, chunksize=2), desc=title, unit="task", total=len(work)))
+        return list(tqdm(pool.imap(job, work, chunksize=2), desc=title, unit="task", total=len(work), disable=None))

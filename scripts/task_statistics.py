@@ -1,4 +1,4 @@
-"""Counts and distributions of the suites, as a table and as plots."""
+"""Counts and distributions of the suites, as tables and as plots."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from hv_sim.objects import OBJECT_KINDS
+from hv_sim.objects import OBJECT_KINDS, PACKAGED_KINDS
 from hv_sim.places import layout_at
 from hv_sim.rooms import ROOM_KINDS
 from hv_sim.suites import SUITES, load_suite
 from hv_sim.task import Task, built_object
+
+_HEIGHTS_M = ((-0.1, 0.1), (0.1, 0.5), (0.5, 0.7), (0.7, 0.8), (0.8, 1.0))
+"""Of tops: the floor, low tables and pallets, stands, tables, counters."""
 
 
 def suite_table() -> str:
@@ -34,6 +37,39 @@ def suite_table() -> str:
         ]  # fmt: skip
         rows.append("| " + " | ".join(str(c) for c in cells) + " |")
     return "\n".join(rows)
+
+
+def heights_table() -> str:
+    """A Markdown table: from and to which heights objects are moved, in shares of a suite's sub-tasks."""
+    rows = [
+        f"| suite | | {' | '.join(_height_name(low, high) for low, high in _HEIGHTS_M)} |",
+        "|---" * (2 + len(_HEIGHTS_M)) + "|",
+    ]
+    for name in SUITES:
+        facts = _facts(load_suite(name))
+        for key in ("from", "to"):
+            counts = [sum(low <= h < high for h in facts[key]) for low, high in _HEIGHTS_M]
+            cells = [f"{100 * c / len(facts[key]):.0f} %" for c in counts]
+            rows.append(f"| {name} | {key} | {' | '.join(cells)} |")
+    return "\n".join(rows)
+
+
+def kinds_table() -> str:
+    """A Markdown table: how often each kind of object is moved in each suite."""
+    counts = {name: Counter(_facts(load_suite(name))["kind"]) for name in SUITES}
+    rows = [f"| kind | category | {' | '.join(SUITES)} |", "|---" * (2 + len(SUITES)) + "|"]
+    for kind, spec in PACKAGED_KINDS.items():
+        cells = " | ".join(str(counts[name][kind]) for name in SUITES)
+        rows.append(f"| {spec.noun} | {spec.category} | {cells} |")
+    return "\n".join(rows)
+
+
+def all_tables() -> str:
+    """All that is counted, as Markdown."""
+    return (
+        f"{suite_table()}\n\nHeights of what objects are taken from and put on:\n\n{heights_table()}\n\n"
+        f"How often each kind of object is moved:\n\n{kinds_table()}"
+    )
 
 
 def write_statistics(folder: Path) -> Path:
@@ -70,7 +106,7 @@ def write_statistics(folder: Path) -> Path:
     page = folder / "benchmark_statistics.md"
     text = (
         "# The suites in numbers\n\nWritten by `hv-tasks stats --output docs`. Ranges are 5 %, median and 95 %.\n\n"
-        f"{suite_table()}\n\n![Distributions of the seen and unseen suites](pictures/benchmark.png)\n"
+        f"{all_tables()}\n\n![Distributions of the seen and unseen suites](pictures/benchmark.png)\n"
     )
     draft = page.with_name(f".{page.name}.tmp")
     draft.write_text(text, encoding="utf-8")
@@ -94,6 +130,10 @@ def _facts(tasks: list[Task]) -> dict[str, list]:
             found["to"].append(float(subtask.goal_position_m[2] - built.half_extents_m[2]))
             found["words"] += [len(p.split()) for p in subtask.phrasings]
     return found
+
+
+def _height_name(low_m: float, high_m: float) -> str:
+    return "floor" if low_m < 0 else f"{low_m:g} to {high_m:g} m"
 
 
 def _spread(values: list, digits: int) -> str:

@@ -31,7 +31,7 @@ def main() -> int:
     generate.add_argument("--output", type=Path, required=True, help="folder for the files")
     generate.add_argument("--workers", type=_count, default=0, help="processes (default: one a core)")
 
-    stats = commands.add_parser("stats", help="counts and distributions of the suites, as a table and as plots")
+    stats = commands.add_parser("stats", help="counts and distributions of the suites, as tables and as plots")
     stats.add_argument("--output", type=Path, help="folder for benchmark_statistics.md and plots (default: print only)")
 
     gallery = commands.add_parser("gallery", help="one HTML page with a picture and the instructions of every task")
@@ -144,12 +144,12 @@ def _generate(args: argparse.Namespace) -> int:
 
 
 def _stats(args: argparse.Namespace) -> int:
-    from hv_scripts.task_statistics import suite_table, write_statistics
+    from hv_scripts.task_statistics import all_tables, write_statistics
 
     if args.output:
         print(f"written: {write_statistics(args.output)}")
     else:
-        print(suite_table())
+        print(all_tables())
     return 0
 
 

@@ -5,8 +5,9 @@ hv-train-teacher recipe=wo_stage2               all stages of a system or ablati
 hv-train-teacher stage=1 env.num_envs=64 output=runs/try dagger.samples=1e6       anything may be overridden
 
 Stages: 1 single objects from many starts, 2 let go and step back, 3 the second object after teacher 1 has placed the
-first. Keys are those of hv_teachers.teacher_config.TeacherTrainingConfig, dotted, and `output`. With a recipe they hold
-for every stage; `reuse.STAGE=FOLDER` takes a stage from another training.
+first; `student` is what the policy that sees decides with, learned with errors of sight (docs/student.md). Keys are
+those of hv_teachers.teacher_config.TeacherTrainingConfig, dotted, and `output`. With a recipe they hold for every
+stage; `reuse.STAGE=FOLDER` takes a stage from another training.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+
+STAGES = (1, 2, 3, "student")
 
 
 def parse(arguments: list[str]) -> dict[str, Any]:
@@ -59,9 +62,11 @@ def main() -> int:
             print(f"teachers: {folder}", f"measure: hv-eval --policy=teacher --weights={folder} --suite=seen", sep="\n")
             return 0
         stage = values.pop("stage", None)
-        if stage not in (1, 2, 3):
-            raise ValueError(f"stage: {stage!r} is not valid; valid: 1, 2, 3 (or recipe=NAME)")
-        config = training_config(read_yaml(f"teacher_stage{stage}"), values)
+        if stage not in STAGES:
+            raise ValueError(f"stage: {stage!r} is not valid; valid: {', '.join(map(str, STAGES))} (or recipe=NAME)")
+        config = training_config(
+            read_yaml("teacher_student" if stage == "student" else f"teacher_stage{stage}"), values
+        )
         weights = train_teacher(config, Path(str(output or f"runs/teacher/stage{stage}")))
     except (ValueError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)

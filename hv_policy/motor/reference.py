@@ -30,6 +30,9 @@ from hv_policy.motor.proprioception import BodyState
 INTENT_DIM = 14
 VELOCITY, HEIGHT, PITCH = slice(0, 3), 3, 4
 LEFT_HAND, RIGHT_HAND, SQUEEZE, GAZE = slice(5, 8), slice(8, 11), 11, slice(12, 14)
+INTENT_LOW = (-0.6, -0.5, -1.5, 0.3, -0.3, -0.3, -0.5, 0.0, -0.3, -0.9, 0.0, 0.0, -0.8, -0.7)
+INTENT_HIGH = (1.2, 0.5, 1.5, 0.92, 1.6, 1.0, 0.9, 1.9, 1.0, 0.5, 1.9, 1.0, 0.8, 1.0)
+"""Least and greatest value of each number of an intent, in its own unit."""
 
 PELVIS_PITCH_SHARE = 0.42
 """Share of the torso pitch that the pelvis takes; the abdomen takes the rest."""

@@ -136,9 +136,11 @@ def _standing_mirror(size: Size, color: Color) -> list[Part]:
 
 
 BEDROOM: dict[str, FurnitureKind] = {
-    "double_bed": FurnitureKind(_double_bed, (2.05, 1.60, 1.00), "navy", noun="double bed", other_nouns=("bed",),
+    "double_bed": FurnitureKind(_double_bed, (2.05, 1.60, 1.00), "navy", has_front=False,
+                                noun="double bed", other_nouns=("bed",),
                                 rooms=("bedroom",), colors=("navy", "teal", "beige", "gray")),
-    "single_bed": FurnitureKind(_single_bed, (2.00, 0.95, 0.90), "orange", noun="single bed", other_nouns=("bed",),
+    "single_bed": FurnitureKind(_single_bed, (2.00, 0.95, 0.90), "orange", has_front=False,
+                                noun="single bed", other_nouns=("bed",),
                                 rooms=("bedroom",), colors=("orange", "green", "purple", "blue")),
     "wardrobe": FurnitureKind(_wardrobe, (0.60, 1.40, 2.00), "white", noun="wardrobe", other_nouns=("closet",),
                               rooms=("bedroom",), colors=("white", "oak", "walnut")),
@@ -158,7 +160,7 @@ BEDROOM: dict[str, FurnitureKind] = {
                                   colors=("white", "oak", "walnut")),
     "shoe_rack": FurnitureKind(_shoe_rack, (0.34, 0.90, 0.46), "oak", holds_objects=True, noun="shoe rack",
                                other_nouns=("shoe bench",), rooms=("bedroom",), colors=("oak", "white")),
-    "clothes_rack": FurnitureKind(_clothes_rack, (0.46, 1.20, 1.55), "silver", noun="clothes rack",
+    "clothes_rack": FurnitureKind(_clothes_rack, (0.46, 1.20, 1.55), "silver", has_front=False, noun="clothes rack",
                                   other_nouns=("garment rack",), rooms=("bedroom",), colors=("silver",)),
     "standing_mirror": FurnitureKind(_standing_mirror, (0.36, 0.60, 1.65), "oak", noun="mirror",
                                      other_nouns=("standing mirror",), rooms=("bedroom",), colors=("oak", "white")),

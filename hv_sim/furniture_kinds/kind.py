@@ -24,6 +24,7 @@ class FurnitureKind:
         color: usual colour, a name in `COLORS`.
         solid: False for what lies flat and is walked over.
         holds_objects: its top is meant for putting things on.
+        has_front: anybody sees which side is its front, so that its left, right and back mean something.
         top: the free part of that top, as shares of the footprint: back, front, right, left end.
         noun: what English calls it.
         other_nouns: further words for it; the last one is used only where the instructions are unseen.
@@ -36,6 +37,7 @@ class FurnitureKind:
     color: str
     solid: bool = True
     holds_objects: bool = False
+    has_front: bool = True
     top: tuple[float, float, float, float] = WHOLE_TOP
     noun: str = ""
     other_nouns: tuple[str, ...] = ()

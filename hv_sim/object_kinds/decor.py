@@ -176,7 +176,7 @@ DECOR: dict[str, ObjectKind] = {
                        noun="table lamp", other_nouns=("lamp", "reading lamp"),
                        colors=("blue", "red", "green", "black"), support="surface"),
     "floor_lamp": ObjectKind(_floor_lamp, (0.30, 0.30, 1.15), 3.0, "black", round=True,
-                             max_height_m=1.2, category="lamp", noun="standing lamp", other_nouns=("tall lamp",),
+                             max_height_m=1.2, category="lamp", noun="standing lamp", other_nouns=("pole lamp",),
                              colors=("black", "silver", "oak"), support="floor"),
     "vase": ObjectKind(_vase, (0.24, 0.24, 0.36), 1.5, "navy", round=True, category="vase",
                        noun="vase", other_nouns=("ceramic vase", "urn"),

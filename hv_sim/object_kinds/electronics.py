@@ -157,7 +157,7 @@ ELECTRONICS: dict[str, ObjectKind] = {
                           noun="computer monitor", other_nouns=("monitor", "computer screen"),
                           colors=("charcoal", "silver", "white"), support="surface", blocked=(1, 3)),
     "laptop": ObjectKind(_laptop, (0.27, 0.34, 0.34), 2.4, "silver", category="laptop",
-                         noun="laptop", other_nouns=("notebook", "notebook computer"),
+                         noun="laptop", other_nouns=("laptop computer", "notebook computer"),
                          colors=("silver", "charcoal"), support="surface", blocked=(1, 3)),
     "printer": ObjectKind(_printer, (0.36, 0.42, 0.26), 5.0, "white", category="printer",
                           noun="printer", other_nouns=("inkjet printer",), colors=("white", "gray", "black"),
@@ -166,7 +166,7 @@ ELECTRONICS: dict[str, ObjectKind] = {
                            other_nouns=("computer tower", "PC"), colors=("black", "silver", "white"),
                            support="floor", held_out=True),
     "radio": ObjectKind(_radio, (0.18, 0.32, 0.22), 1.6, "walnut", category="radio", noun="radio",
-                        other_nouns=("old radio",), colors=("walnut", "red", "teal"), support="surface"),
+                        other_nouns=("table radio",), colors=("walnut", "red", "teal"), support="surface"),
     "fan": ObjectKind(_fan, (0.24, 0.32, 0.48), 2.0, "white", category="fan", noun="desk fan",
-                      other_nouns=("electric fan", "ventilator"), colors=("white", "black", "teal"), blocked=(1, 3)),
+                      other_nouns=("electric fan", "table fan"), colors=("white", "black", "teal"), blocked=(1, 3)),
 }  # fmt: skip

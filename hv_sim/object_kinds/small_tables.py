@@ -41,6 +41,6 @@ SMALL_TABLES: dict[str, ObjectKind] = {
                                 noun="bedside table", other_nouns=("nightstand", "night table"),
                                 colors=("oak", "walnut", "white"), support="floor"),
     "side_table": ObjectKind(_side_table, (0.40, 0.40, 0.48), 3.0, "walnut", round=True,
-                             category="table", noun="side table", other_nouns=("round table", "end table"),
+                             category="table", noun="side table", other_nouns=("end table", "occasional table"),
                              colors=("walnut", "oak", "white", "black"), support="floor"),
 }  # fmt: skip

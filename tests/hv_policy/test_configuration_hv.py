@@ -5,7 +5,8 @@ from hv_policy.configuration_hv import ARCHITECTURES, HVConfig
 
 
 def test_memory_frames_are_read_from_the_dataset():
-    assert HVConfig(device="cpu", memory_frames=2, memory_stride=6).observation_delta_indices == [-12, -6, 0]
+    direct = HVConfig(device="cpu", form="direct", memory_frames=2, memory_stride=6)
+    assert direct.observation_delta_indices == [-12, -6, 0]
     assert HVConfig(device="cpu", memory_frames=0).observation_delta_indices is None
     assert HVConfig(device="cpu").action_delta_indices is None
 
@@ -13,6 +14,7 @@ def test_memory_frames_are_read_from_the_dataset():
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
+        ({"form": "spiral"}, "form: 'spiral' is none of belief, direct"),
         ({"size": "huge"}, "size: 'huge' is none of small, base"),
         ({"image_size": 100}, "image_size: 100 is not a multiple of 16 from 32 on"),
         ({"memory_stride": 0}, "memory_stride: 0 is less than 1"),

@@ -1,5 +1,7 @@
 """Sentences that a person wrote, and what they may mean in a scene."""
 
+from dataclasses import replace
+
 import pytest
 
 from hv_sim.grounding import fits, ground
@@ -35,17 +37,17 @@ def scene():
         ("Put the teal vase on the TV stand.", {"red"}, {Place("on", "tv_stand")}),
         ("Take the vase from the coffee table and put it on the TV stand.", {"red"}, {Place("on", "tv_stand")}),
         (
-            "Take the vase that is on the floor and set it to the left of the TV stand.",
+            "Take the vase that is on the floor and set it just to the left of the TV stand.",
             {"blue"},
             {Place("left_of", "tv_stand")},
         ),
         (
-            "There is a dark blue vase on the floor; move it to the middle of the room.",
+            "There is a dark blue vase on the floor; move it to the very middle of the room.",
             {"blue"},
             {Place("room_middle")},
         ),
         ("Could you move the small crate onto the coffee table?", {"small"}, {Place("on", "coffee_table")}),
-        ("Carry the large wooden crate to the right side of the TV stand.", {"large"}, {Place("on_right", "tv_stand")}),
+        ("Move the large crate onto the right side of the TV stand.", {"large"}, {Place("on_right", "tv_stand")}),
         ("On top of the low table is where the crate should be.", {"small", "large"}, {Place("on", "coffee_table")}),
         ("Put the teal vase on the cabinet.", {"red"}, {Place("on", "cabinet"), Place("on", "record")}),
         ("Put the toaster on the TV stand.", set(), {Place("on", "tv_stand")}),
@@ -60,8 +62,25 @@ def test_what_sentences_may_mean(scene, sentence, objects, goals):
 
 
 def test_only_what_means_one_thing_fits(scene):
-    assert fits("Put the teal vase on the TV stand.", scene, "red", GOAL)
-    assert not fits("Put the vase on the TV stand.", scene, "red", GOAL), "two vases"
-    assert not fits("Put the teal vase on the TV stand.", scene, "blue", GOAL), "the other vase"
+    assert fits("Put the teal vase on the middle of the TV stand.", scene, "red", GOAL)
+    assert not fits("Put the teal vase on the TV stand.", scene, "red", GOAL), "it is 1.8 m long"
+    assert not fits("Put the vase on the middle of the TV stand.", scene, "red", GOAL), "two vases"
+    assert not fits("Put the teal vase on the middle of the TV stand.", scene, "blue", GOAL), "the other vase"
+    assert not fits("Put the teal vase on the left side of the TV stand.", scene, "red", GOAL), "another part of it"
     assert not fits("Put the teal vase on the coffee table.", scene, "red", GOAL), "another place"
     assert not fits("Put the teal vase on the cabinet.", scene, "red", GOAL), "a record cabinet is a cabinet too"
+
+
+def test_things_whose_colours_may_be_taken_for_each_other_are_not_told_apart_by_colour_alone(scene):
+    brown, light = (ObjectPlacement(c, "box", (x, -1.0, 0.14), color=c) for c, x in (("brown", 1.5), ("tan", -2.0)))
+    here = layout_at(replace(scene.task, objects=(*scene.task.objects, brown, light)), 0)
+    for words in ("brown", "light brown"):
+        assert ground(f"Put the {words} box on the coffee table.", here).objects == {"brown", "tan"}
+    assert ground("Put the dark blue vase on the coffee table.", here).objects == {"blue"}, "the other one is teal"
+
+
+def test_which_side_something_is_on_is_read_as_where_it_is(scene):
+    near = layout_at(replace(scene.task, robot=RobotStart((0.0, 0.3), -1.57)), 0)
+    meant = ground("Put the crate that is on your left on the middle of the TV stand.", near)
+    assert meant.objects == {"small"}
+    assert set(meant.goals) == {Place("on_middle", "tv_stand")}

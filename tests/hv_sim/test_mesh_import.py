@@ -1,7 +1,12 @@
 """Meshes made into objects, against trimesh's own figures; broken and hostile files."""
 
 import io
+import json
+import os
+import struct
+import warnings
 import zipfile
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -48,7 +53,7 @@ def test_size_and_boxes_are_the_meshs(imported):
 
 def test_it_stands_and_can_be_told_about_in_a_task(imported, monkeypatch):
     monkeypatch.setitem(objects.OBJECT_KINDS, "my_table", imported.kind())
-    thing = ObjectPlacement("table", "my_table", (1.0, 0.0, 0.2), size_m=(0.3, 0.36, 0.36))
+    thing = ObjectPlacement("table", "my_table", (1.0, 0.0, 0.18), size_m=(0.3, 0.36, 0.36))
     goal = SubTask("table", (-1.0, 0.0, 0.18), 0.0, "Bring my table here.")
     task = Task("own", Room(), RobotStart(), (), (thing,), (goal,))
     scene = compile_scene(task)
@@ -147,6 +152,22 @@ def _zip(**entries):
     return buffer.getvalue()
 
 
+def _glb(edit):
+    """A box as a GLB file whose table of contents `edit` has changed."""
+    raw = trimesh.creation.box((0.2, 0.3, 0.3)).export(file_type="glb")
+    length = int.from_bytes(raw[12:16], "little")
+    contents = json.loads(raw[20 : 20 + length])
+    edit(contents)
+    text = json.dumps(contents).encode()
+    text += b" " * (-len(text) % 4)
+    body = len(text).to_bytes(4, "little") + b"JSON" + text + raw[20 + length :]
+    return b"glTF" + (2).to_bytes(4, "little") + (12 + len(body)).to_bytes(4, "little") + body
+
+
+def _primitive(contents):
+    return contents["meshes"][0]["primitives"][0]
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
@@ -157,6 +178,20 @@ def _zip(**entries):
         ("a.obj", b"mtllib /etc/passwd\nv 0 0 0\n", "leaves its folder"),
         ("a.obj", b"", "holds no face|not a readable"),
         ("a.glb", b"glTF junk", "not a readable glb"),
+        (
+            "a.glb",
+            _glb(lambda d: d["buffers"][0].update(uri="other.bin")),
+            r"buffers\[0\].uri: 'other.bin' is another file",
+        ),
+        (
+            "a.glb",
+            _glb(lambda d: d.pop("accessors")),
+            r"POSITION: \d is not there; valid: one of the file's 0 accessors",
+        ),
+        ("a.glb", _glb(lambda d: _primitive(d).update(indices=99)), r"primitives\[0\].indices: 99 is not there"),
+        ("a.glb", _glb(lambda d: _primitive(d)["attributes"].clear()), "POSITION: missing"),
+        ("a.glb", _glb(lambda d: d["bufferViews"].clear()), r"accessors\[0\].bufferView: 0 is not there"),
+        ("a.glb", _glb(lambda d: d.update(images=[{"uri": "../../secret.png"}])), "leaves its folder"),
         ("a.ply", b"", "valid: .glb, .obj, .stl, .sh3f"),
         ("a.sh3f", b"junk", "not a readable catalogue"),
         ("a.sh3f", _zip(DOTS__evil="x"), "leaves its folder"),
@@ -179,3 +214,39 @@ def test_what_cannot_be_imported_is_refused_in_one_line(tmp_path, name, content,
 def test_a_file_that_is_not_there(tmp_path):
     with pytest.raises(ValueError, match="no such file"):
         list(import_file(tmp_path / "none.obj", tmp_path))
+
+
+def test_a_coordinate_that_is_not_finite_is_refused_without_a_warning(tmp_path):
+    raw = bytearray(trimesh.creation.box((0.2, 0.3, 0.3)).export(file_type="stl"))
+    raw[96:100] = struct.pack("<f", float("inf"))
+    file = tmp_path / "a.stl"
+    file.write_bytes(bytes(raw))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ValueError, match="a vertex is not finite"):
+            list(import_file(file, tmp_path / "out"))
+
+
+def test_an_untouched_glb_is_imported(tmp_path):
+    file = tmp_path / "a.glb"
+    file.write_bytes(_glb(lambda contents: None))
+    [path] = import_file(file, tmp_path / "out")
+    np.testing.assert_allclose(sorted(read_object(path.parent).size_m), (0.2, 0.3, 0.3), atol=1e-4)
+
+
+PACK = Path(os.environ.get("HV_FURNITURE_PACK", "/usr/share/sweethome3d/furniture/BlendSwap-CC-0.sh3f"))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not PACK.is_file(), reason=f"{PACK} is not here: Debian's sweethome3d-furniture, HV_FURNITURE_PACK")
+def test_debians_furniture_pack(tmp_path):
+    refused: list[str] = []
+    paths = list(import_file(PACK, tmp_path, on_refused=refused.append))
+    assert len(paths) > 15
+    assert len(paths) + len(refused) >= 170, "every item is either taken or left out with a reason"
+    assert all("\n" not in why for why in refused)
+    for path in paths[::5]:
+        thing = read_object(path.parent)
+        assert all(s > 0 for s in thing.size_m)
+        assert thing.boxes
+        assert thing.meshes

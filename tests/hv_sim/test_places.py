@@ -1,10 +1,11 @@
 """Places, by hand: what is left of a piece, on the left part of its top, before it."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
-from hv_sim.places import Place, layout_at
+from hv_sim.places import GAP_M, Place, layout_at
 from hv_sim.task import FurniturePlacement, ObjectPlacement, RobotStart, Room, SubTask, Task
 
 
@@ -81,3 +82,39 @@ def test_places_lists_what_contains_says():
     assert Place("left_of", "island") in found
     assert Place("floor") in found
     assert all(here.contains(p, "kettle", (0.0, -1.1, 0.13)) for p in found)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.3])
+def test_a_goal_is_one_spot_close_to_the_middle_of_its_place(yaw):
+    here = layout(yaw)
+    # the island is 0.8 m deep and 1.5 m wide, the kettle 0.2 m
+    spots = {
+        "left_of": (0.0, -0.75 - 0.1 - GAP_M),
+        "right_of": (0.0, 0.75 + 0.1 + GAP_M),
+        "front_middle": (0.4 + 0.1 + GAP_M, 0.0),
+        "back_middle": (-0.4 - 0.1 - GAP_M, 0.0),
+        "on_middle": (0.0, 0.0),
+        "on_left": (0.0, -0.27 * 1.5),
+        "on_right": (0.0, 0.27 * 1.5),
+    }
+    for relation, spot in spots.items():
+        place, z = Place(relation, "island"), 1.01 if relation.startswith("on") else 0.13
+        assert here.spot_m(place, "kettle") == pytest.approx(turned(*spot, 0.0, yaw)[:2])
+        assert here.is_goal(place, "kettle", turned(*spot, z, yaw))
+        assert not here.is_goal(place, "kettle", turned(spot[0] + 0.26, spot[1], z, yaw)), "too far from the spot"
+    for wide in ("on", "in_front_of", "behind"):
+        assert here.spot_m(Place(wide, "island"), "kettle") is None, "its front is too long and its top too wide"
+    beside = here.spot_m(Place("left_of", "toaster"), "kettle")
+    assert beside == pytest.approx(turned(0.0, -0.16 - 0.1 - GAP_M, 0.0, yaw)[:2])
+    assert here.spot_m(Place("room_middle"), "kettle") == (0.0, 0.0)
+
+
+def test_what_has_no_front_has_no_sides():
+    there = layout_at(replace(layout().task, furniture=(FurniturePlacement("island", "dining_table", (0.0, 0.0)),)), 0)
+    for x, y in ((0.0, -1.1), (0.0, 1.1), (0.9, 0.0), (-0.9, 0.0)):
+        assert not [p for p in there.places("kettle", (x, y, 0.13)) if p.landmark == "island"]
+    on_top = [p.relation for p in there.places("kettle", (0.0, -0.5, 0.88)) if p.landmark == "island"]
+    assert on_top == ["on"]
+    assert there.spot_m(Place("left_of", "island"), "kettle") is None
+    assert there.spot_m(Place("on_left", "island"), "kettle") is None
+    assert there.spot_m(Place("on_middle", "island"), "kettle") == (0.0, 0.0)

@@ -157,6 +157,26 @@ def test_third_person_camera_lies_towards_the_corner(physics):
     renderer.close()
 
 
+def test_from_outside_a_room_the_near_wall_and_what_hangs_on_it_are_left_out(renderer):
+    def picture(wall: bool, away_m: float = 0.02) -> np.ndarray:
+        spec = mujoco.MjSpec.from_string("<mujoco><worldbody><light pos='0 0 4' dir='0 0 -1'/></worldbody></mujoco>")
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=[0, 0, 0], size=[0.5, 0.5, 0.5], rgba=[1, 0, 0, 1])
+        if wall:  # its normal looks along +y, into the room
+            turn = [np.sqrt(0.5), -np.sqrt(0.5), 0, 0]
+            kind = mujoco.mjtGeom.mjGEOM_PLANE
+            spec.worldbody.add_geom(type=kind, pos=[0, -2, 0], size=[3, 3, 1], quat=turn, rgba=[0, 0, 1, 1])
+            on_it = [0, -2 + away_m, 0]
+            spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=on_it, size=[1, 0.01, 1], rgba=[0, 1, 0, 1])
+        camera = mujoco.MjvCamera()
+        camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+        camera.azimuth, camera.elevation, camera.distance = 90.0, 0.0, 5.0
+        model = spec.compile()
+        return renderer.render_qpos(model, np.zeros(model.nq), camera)
+
+    np.testing.assert_array_equal(picture(wall=True), picture(wall=False))
+    assert (picture(wall=True, away_m=0.3) != picture(wall=False)).any(), "what stands in the room stays"
+
+
 def test_the_best_corner_is_inside_the_room_and_not_on_top_of_the_action():
     corner = best_corner(np.array([-3.0, -3.0]), np.array([3.0, 3.0]), np.array([[2.5, 2.5], [2.0, 1.0]]))
     assert corner[2] > 2

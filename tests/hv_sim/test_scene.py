@@ -12,6 +12,7 @@ import pytest
 from hv_sim.humanoid import BODY_NAMES
 from hv_sim.objects import OBJECT_KINDS, build_object
 from hv_sim.scene import OBJECT_GEOMS, STATIC_GEOMS, compile_scene
+from hv_sim.suites import load_suite
 from hv_sim.task import (
     FurniturePlacement,
     ObjectPlacement,
@@ -205,14 +206,16 @@ def test_two_pressing_spheres_lift_every_kind(kind):
 
 
 def test_compiling_is_quick():
-    task = load_task("living_room_1")
-    compile_scene(task)
+    tasks = load_suite("seen")[:8]  # two of each kind of room
+    compile_scene(tasks[0])
     took = []
-    for _ in range(3):
+    for task in tasks:
         start = time.process_time()
         compile_scene(task)
         took.append(time.process_time() - start)
-    assert min(took) < 0.3
+    # 0.05 s on an idle core; others may be at work on it
+    assert np.median(took) < 0.2
+    assert max(took) < 0.6
 
 
 def test_too_much_furniture_is_refused():

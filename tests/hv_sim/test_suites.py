@@ -2,13 +2,18 @@
 
 import gzip
 import json
+import re
 
+import numpy as np
 import pytest
+from obeying_words import obeying_points
 
 from hv_sim.floor_plans import HELD_OUT
 from hv_sim.furniture import FURNITURE_KINDS
-from hv_sim.grounding import fits
-from hv_sim.objects import OBJECT_KINDS
+from hv_sim.grounding import fits, ground
+from hv_sim.lexicon import COLOR_WORDS, MOTION_WORDS, PLACE_WORDS, SIZE_WORDS, furniture_nouns, object_nouns, usable
+from hv_sim.metrics import SUCCESS_THRESHOLDS_M
+from hv_sim.objects import OBJECT_KINDS, PACKAGED_KINDS
 from hv_sim.places import layout_at
 from hv_sim.suites import SUITE_SIZES, SUITES, load_suite, read_tasks, select_tasks, suite_path, write_tasks
 from hv_sim.task import RobotStart, TaskError, check_task
@@ -59,6 +64,56 @@ def test_unseen_shares_no_plan_object_or_phrasing_with_seen(suites):
     # not even the verbs: the first words of half of the unseen sentences occur in no seen one
     first = {p.split()[0] for p in phrasings(seen)}
     assert sum(p.split()[0] not in first for p in phrasings(unseen)) > 0.5 * len(phrasings(unseen))
+
+
+def test_words_that_are_held_out_for_unseen_occur_nowhere_in_seen(suites):
+    seen = " ".join(f" {p.lower()} " for name in SUITES if name != "unseen" for p in phrasings(suites[name]))
+    seen = re.sub(r"[^a-z'-]+", " ", seen)
+    held_out = {phrase for words in (PLACE_WORDS, MOTION_WORDS) for _, unseen in words.values() for phrase in unseen}
+    words = {phrase.replace("{}", "").strip() for phrase in held_out}
+    words |= {said[-1] for said in (*COLOR_WORDS.values(), *SIZE_WORDS.values()) if len(said) > 1}
+    moved = [object_nouns(k) for k in OBJECT_KINDS] + [furniture_nouns(k) for k in FURNITURE_KINDS]
+    said_of_seen = {n for nouns in moved for n in usable(nouns, unseen=False)}
+    words |= {nouns[-1] for nouns in moved if len(nouns) > 1 and nouns[-1] not in said_of_seen}
+    words |= {"shift", "transfer", "relocate", "leave", "deposit", "fetch", "grab", "leaving", "make sure"}
+    assert len(words) > 130
+    # a colour's word may be part of a noun ("navy" is not), and a noun end as a longer one of another thing does
+    assert not {w for w in words if f" {w.lower()} " in seen and not any(f" {w}" in f" {n}" for n in said_of_seen)}
+    spoken = " ".join(f" {p.lower()} " for p in phrasings(suites["unseen"]))
+    assert sum(f" {w.lower()}" in spoken for w in words) > 0.6 * len(words), "and they do occur in unseen"
+
+
+def test_whoever_obeys_the_words_succeeds(suites):
+    rng = np.random.default_rng(0)
+    shares = []
+    for task in suites["seen"] + suites["unseen"]:
+        for i, subtask in enumerate(task.subtasks):
+            layout = layout_at(task, i)
+            for sentence in subtask.phrasings[:2]:
+                [place] = ground(sentence, layout).goals
+                there = obeying_points(layout, place, subtask.object, rng)
+                near = np.linalg.norm(there - subtask.goal_position_m[:2], axis=1) < SUCCESS_THRESHOLDS_M[0]
+                shares.append((float(near.mean()), task.name, sentence))
+    assert np.mean([share for share, *_ in shares]) > 0.98
+    assert np.mean([share > 0.9 for share, *_ in shares]) > 0.97
+    assert min(shares)[0] > 0.6, min(shares)
+
+
+def test_left_right_and_behind_are_said_of_what_has_a_front(suites):
+    for task in suites["seen"] + suites["unseen"]:
+        for i, subtask in enumerate(task.subtasks):
+            layout = layout_at(task, i)
+            [place] = ground(subtask.instruction, layout).goals
+            piece = layout.furniture(place.landmark)
+            if piece is not None and place.relation not in ("on", "on_middle"):
+                assert FURNITURE_KINDS[piece.kind].has_front, f"{task.name}: {subtask.instruction}"
+
+
+def test_every_kind_of_object_is_moved_in_some_task(suites):
+    moved = {
+        o.kind for t in suites["seen"] + suites["unseen"] for s in t.subtasks for o in t.objects if o.name == s.object
+    }
+    assert moved == set(PACKAGED_KINDS)
 
 
 def test_sentences_vary(suites):

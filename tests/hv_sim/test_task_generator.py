@@ -2,10 +2,13 @@
 
 import pytest
 
-from hv_scripts.task_jobs import is_solvable
-from hv_sim.suites import load_suite
+from hv_scripts.task_jobs import generate_suite, is_solvable
+from hv_sim.floor_plans import floor_plan
+from hv_sim.furniture import FURNITURE_KINDS
+from hv_sim.rooms import ROOM_KINDS
+from hv_sim.suites import SUITES, load_suite, suite_path, write_tasks
 from hv_sim.task import check_task
-from hv_sim.task_generator import OBJECTS_IN, SUBTASKS, draw_suite, draw_task
+from hv_sim.task_generator import OBJECTS_IN, SEEN_PLANS, SUBTASKS, UNSEEN_PLANS, draw_suite, draw_task
 
 
 @pytest.mark.parametrize(
@@ -34,3 +37,19 @@ def test_candidates_that_are_not_accepted_are_thrown_away():
 def test_every_room_has_enough_things():
     for kinds in OBJECTS_IN.values():
         assert len(set(kinds)) == len(kinds) > max(SUBTASKS.values()) + 4
+
+
+def test_every_kind_of_furniture_stands_in_some_room():
+    plans = [floor_plan(kind, i) for kind in ROOM_KINDS for i in (*SEEN_PLANS, *UNSEEN_PLANS)]
+    assert {f.kind for plan in plans for f in plan.furniture} == set(FURNITURE_KINDS)
+
+
+@pytest.mark.slow
+def test_whole_suites_are_drawn_again_byte_for_byte(tmp_path):
+    seen = None
+    for name in SUITES:
+        tasks = generate_suite(name, seen=seen)
+        seen = tasks if name == "seen" else seen
+        path = tmp_path / suite_path(name).name
+        write_tasks(path, tasks)
+        assert path.read_bytes() == suite_path(name).read_bytes(), name

@@ -10,6 +10,7 @@ import torch
 from hv_sim.humanoid import BODY_NAMES, ROBOT_NQ
 from hv_sim.instructor import InstructorConfig
 from hv_sim.scene import compile_scene
+from hv_sim.suites import load_suite
 from hv_sim.task import Task, load_task
 from hv_sim.world import START_JITTER_M, START_JITTER_RAD, RearrangeWorld, jittered_start
 
@@ -185,3 +186,19 @@ def test_wrong_shapes_are_named(tasks):
         RearrangeWorld([])
     with pytest.raises(ValueError, match="max_episode_steps: 0"):
         RearrangeWorld(tasks[:1], max_episode_steps=0)
+
+
+@pytest.mark.slow
+def test_256_different_tasks_run_in_one_batch():
+    tasks = load_suite("seen")[:256]
+    world = RearrangeWorld(tasks)
+    assert world.num_envs == len({t.name for t in world.tasks}) == 256
+    world.reset(seeds=range(256))
+    standing = torch.tensor(np.stack([s.initial_qpos[7:ROBOT_NQ] for s in world.scenes]), dtype=torch.float32)
+    for _ in range(3):
+        world.step(standing)
+    lone = RearrangeWorld([tasks[200]])
+    lone.reset(seeds=[200])
+    for _ in range(3):
+        lone.step(standing[200:201])
+    np.testing.assert_array_equal(world.physics.data(200).qpos, lone.physics.data(0).qpos)

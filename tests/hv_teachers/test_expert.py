@@ -3,11 +3,11 @@
 import pytest
 import torch
 
+from hv_policy.decision.view import Phase
 from hv_sim.control import INTENT_HIGH, INTENT_LOW
 from hv_sim.task import load_task
 from hv_sim.world import RearrangeWorld
 from hv_teachers.expert import PlannerExpert
-from hv_teachers.planner import Phase
 
 
 def rollout(tasks, seeds, steps):

@@ -2,9 +2,9 @@
 
 import torch
 
+from hv_policy.decision.memory import NUM_PHASES
+from hv_policy.decision.network import ANCHOR_DIM, SIGHT_DIM, DecisionConfig, DecisionNetwork
 from hv_teachers.imitation import ImitationBuffer, Samples, imitation_loss
-from hv_teachers.teacher_memory import NUM_PHASES
-from hv_teachers.teacher_network import ANCHOR_DIM, SIGHT_DIM, TeacherConfig, TeacherNetwork
 
 
 def samples(num: int, seed: int) -> Samples:
@@ -27,7 +27,7 @@ def samples(num: int, seed: int) -> Samples:
 
 def test_learns_a_rule():
     torch.manual_seed(0)
-    network = TeacherNetwork(TeacherConfig(hidden=(64,), phase_hidden=(32,), geometry=4))
+    network = DecisionNetwork(DecisionConfig(hidden=(64,), phase_hidden=(32,), geometry=4))
     data = samples(6000, 0)
     network.set_normalization(data.sights.float())
     optimizer = torch.optim.Adam(network.parameters(), lr=3e-3)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import torch
 
+from hv_policy.decision.view import Phase
 from hv_policy.motor.prior import FEATURE_DIM, MotorPrior
 from hv_teachers.motor_env import CRITIC_EXTRA, START_PHASES, MotorEnv, MotorEnvConfig, draw_intents
 from hv_teachers.motor_scenes import LoadRange, draw_carry_task
-from hv_teachers.planner import Phase
 
 
 def make(seed=0, num=6, **changes):

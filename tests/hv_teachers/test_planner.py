@@ -3,7 +3,8 @@
 import pytest
 import torch
 
-from hv_teachers.planner import Phase, PlannerView, ScriptedPlanner, _to_heading, _to_world
+from hv_policy.decision.view import Phase, TaskView
+from hv_teachers.planner import ScriptedPlanner, _to_heading, _to_world
 
 
 def view(num=1, **changes):
@@ -25,7 +26,7 @@ def view(num=1, **changes):
         "clearance_m": torch.ones(num),
         "away": torch.zeros(num, 2),
     }
-    return PlannerView(**{**values, **changes})
+    return TaskView(**{**values, **changes})
 
 
 def run(planner, seen, seconds):

@@ -14,7 +14,7 @@ def task(**changes):
     """A box to be brought from the floor to a coffee table."""
     box = ObjectPlacement("box", "box", (1.5, 0.0, 0.14))
     table = FurniturePlacement("table", "coffee_table", (-1.5, 0.0))
-    goal = SubTask("box", (-1.42, 0.0, 0.56), 0.0, "Put the box on the coffee table.")
+    goal = SubTask("box", (-1.42, 0.0, 0.56), 0.0, "Put the box on the middle of the coffee table.")
     values = {"robot": RobotStart((0.0, 1.0)), "furniture": (table,), "objects": (box,), "subtasks": (goal,)}
     return Task("t", Room(), **{**values, **changes})
 

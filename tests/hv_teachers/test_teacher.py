@@ -3,19 +3,19 @@
 import pytest
 import torch
 
+from hv_policy.decision.network import DecisionConfig, DecisionNetwork
+from hv_policy.decision.view import Phase
 from hv_sim.task import load_task
 from hv_sim.world import RearrangeWorld
 from hv_teachers import teacher as module
-from hv_teachers.planner import Phase
 from hv_teachers.teacher import Teacher, load_shipped_teacher
-from hv_teachers.teacher_network import TeacherConfig, TeacherNetwork
 
 SMALL = {"hidden": (16,), "phase_hidden": (8,), "geometry": 4}
 
 
 def network(seed, **options):
     torch.manual_seed(seed)
-    made = TeacherNetwork(TeacherConfig(**(SMALL | options))).eval()
+    made = DecisionNetwork(DecisionConfig(**(SMALL | options))).eval()
     torch.nn.init.normal_(made.head.bias, std=0.2)
     return made
 

@@ -6,16 +6,16 @@ from dataclasses import replace
 import pytest
 import torch
 
+from hv_policy.decision.network import DecisionConfig, DecisionNetwork
+from hv_policy.decision.view import Phase
 from hv_policy.motor.prior import load_shipped_motor_prior
 from hv_sim.single_object import single_object_tasks
 from hv_sim.task import load_task
-from hv_teachers.planner import Phase
 from hv_teachers.teacher_env import TeacherEnv, TeacherEnvConfig
-from hv_teachers.teacher_network import TeacherConfig, TeacherNetwork
 from hv_teachers.world_snapshot import restore_env, save_env
 
 SMALL = {"hidden": (16,), "phase_hidden": (8,), "geometry": 4}
-TEACHER = TeacherConfig(**SMALL)
+TEACHER = DecisionConfig(**SMALL)
 CONFIG = TeacherEnvConfig(num_envs=2, num_threads=1)
 
 
@@ -25,7 +25,7 @@ def make(config=CONFIG, teacher=TEACHER, tasks=("living_room_1", "living_room_8"
 
 def network(**options):
     torch.manual_seed(0)
-    return TeacherNetwork(TeacherConfig(**(SMALL | options))).eval()
+    return DecisionNetwork(DecisionConfig(**(SMALL | options))).eval()
 
 
 @torch.no_grad()
@@ -43,13 +43,13 @@ def play(env, net, steps, expert=(True, False)):
 
 @pytest.mark.parametrize("options", [{}, {"memory": "intent"}, {"memory": "none", "action": "joints"}])
 def test_what_is_put_back_goes_on_the_same(options):
-    env, net = make(teacher=TeacherConfig(**(SMALL | options))), network(**options)
+    env, net = make(teacher=DecisionConfig(**(SMALL | options))), network(**options)
     play(env, net, 40)
     saved = save_env(env)
     frozen = deepcopy(saved)
     restore_env(env, saved)
     here = play(env, net, 25)
-    other = make(teacher=TeacherConfig(**(SMALL | options)))
+    other = make(teacher=DecisionConfig(**(SMALL | options)))
     play(other, net, 3)
     restore_env(other, frozen)
     for (a, x), (b, y) in zip(here, play(other, net, 25), strict=True):
@@ -96,7 +96,7 @@ def test_time_runs_out_and_the_next_episode_begins():
 def test_a_fall_ends_an_episode_unless_told_otherwise():
     for ends in (True, False):
         env = make(
-            replace(CONFIG, end_when_fallen=ends), teacher=TeacherConfig(action="joints", memory="none", **SMALL)
+            replace(CONFIG, end_when_fallen=ends), teacher=DecisionConfig(action="joints", memory="none", **SMALL)
         )
         limp = network(action="joints", memory="none")
         with torch.no_grad():
@@ -116,7 +116,7 @@ def test_only_the_second_half_is_learned_behind_a_first_teacher():
         net.head.bias.add_(0.3)
         seen = env.look()
         mixed = env.decide(net, seen).action
-        alone = TeacherNetwork.forward(first, seen.sights, *_inputs(env, seen))
+        alone = DecisionNetwork.forward(first, seen.sights, *_inputs(env, seen))
     torch.testing.assert_close(mixed[0], alone[0])
     assert not torch.allclose(mixed[1], alone[1])
 

@@ -5,12 +5,14 @@ import copy
 import pytest
 import torch
 
+from hv_policy.decision.memory import VECTOR_DIM, TaskMemory
+from hv_policy.decision.view import Phase
 from hv_sim.task import load_task
 from hv_sim.world import RearrangeWorld
 from hv_teachers.expert import PlannerExpert
-from hv_teachers.planner import Phase, ScriptedPlanner
+from hv_teachers.planner import ScriptedPlanner
+from hv_teachers.planner_memory import lend_memory, memory_of
 from hv_teachers.routes import RouteViews
-from hv_teachers.teacher_memory import VECTOR_DIM, TeacherMemory
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +23,7 @@ def trail():
     expert, routes = PlannerExpert(2), RouteViews(2)
     steps = []
     for _ in range(420):
-        before = TeacherMemory.of_planner(expert.planner)
+        before = memory_of(expert.planner)
         known = list(expert.routes._routes)
         lost = expert.planner.lost.clone()
         intent, targets = expert(world)
@@ -29,7 +31,7 @@ def trail():
         fresh = torch.tensor([a is not b for a, b in zip(known, expert.routes._routes, strict=True)]) & ~lost
         routes.follow(world)
         view = copy.deepcopy(routes.view(world))
-        steps.append((before, view, intent, TeacherMemory.of_planner(expert.planner), fresh))
+        steps.append((before, view, intent, memory_of(expert.planner), fresh))
         world.step(targets)
         if (expert.planner.phase > Phase.CARRY).any():
             break
@@ -38,7 +40,7 @@ def trail():
 
 
 def test_told_the_phases_it_remembers_what_the_planner_does(trail):
-    memory = TeacherMemory.of(2)
+    memory = TaskMemory.of(2)
     for _, view, _, after, fresh in trail:
         memory.reset(fresh.nonzero()[:, 0])
         memory.advance(after.phase.clone(), view)
@@ -55,14 +57,14 @@ def test_a_planner_that_borrows_the_memory_says_the_same(trail):
         if fresh.any() or (before.start_height < 0).any():
             continue  # a reset came in between
         other = ScriptedPlanner(2)
-        before.lend_to(other)
+        lend_memory(before, other)
         torch.testing.assert_close(other(view), intent)
         assert torch.equal(other.phase, after.phase)
 
 
 def test_going_back_from_holding_means_lost(trail):
     _, view, _, _, _ = trail[-1]
-    memory = TeacherMemory.of(2)
+    memory = TaskMemory.of(2)
     memory.advance(torch.tensor([int(Phase.CARRY), int(Phase.REACH)]), view)
     memory.tick()
     lost = memory.advance(torch.tensor([int(Phase.APPROACH), int(Phase.APPROACH)]), view)
@@ -74,7 +76,7 @@ def test_going_back_from_holding_means_lost(trail):
 def test_vector_and_rows(trail):
     _, view, _, after, _ = trail[-1]
     assert after.vector(view).shape == (2, VECTOR_DIM)
-    other = TeacherMemory.of(2)
+    other = TaskMemory.of(2)
     merged = after.where(torch.tensor([True, False]), other)
     assert merged.phase.tolist() == [int(after.phase[0]), 0]
     merged.reset(torch.tensor([0]))

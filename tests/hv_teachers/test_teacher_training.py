@@ -10,10 +10,10 @@ import time
 import pytest
 import torch
 
+from hv_policy.decision.weights import load_decision
 from hv_teachers.style import FRAME_DIM, MotionSet
 from hv_teachers.teacher import Teacher
 from hv_teachers.teacher_config import read_yaml, training_config
-from hv_teachers.teacher_network import load_teacher
 from hv_teachers.teacher_recipe import read_recipe, train_recipe
 from hv_teachers.teacher_training import train_teacher
 
@@ -70,7 +70,7 @@ def test_leaves_weights_and_curves(whole):
     assert (whole / "curve_dagger.png").stat().st_size > 1000
     assert (whole / "curve_ppo.png").stat().st_size > 1000
     assert any((whole / "tensorboard").iterdir())
-    assert load_teacher(whole / "teacher.safetensors").config == config().teacher
+    assert load_decision(whole / "teacher.safetensors").config == config().teacher
     assert not list(whole.glob("*.tmp"))
 
 
@@ -99,7 +99,7 @@ def test_killed_and_started_again_is_the_same(whole, tmp_path):
     assert (tmp_path / "resume.pt").exists()
     subprocess.run(command, check=True, capture_output=True, env=environment)
     assert curve(tmp_path) == curve(whole)
-    first, second = (load_teacher(f / "teacher.safetensors").state_dict() for f in (whole, tmp_path))
+    first, second = (load_decision(f / "teacher.safetensors").state_dict() for f in (whole, tmp_path))
     assert all(torch.equal(first[k], second[k]) for k in first)
 
 
@@ -124,8 +124,8 @@ def test_a_recipe_goes_through_its_stages(tmp_path, whole):
     assert [r["kind"] for r in curve(tmp_path / "stage2")] == ["ppo"] * 2
     assert "retreat_hand2object" in curve(tmp_path / "stage2")[0]
     # nobody has finished a first sub-task yet, so teacher 2 has nothing to learn from
-    unchanged = load_teacher(tmp_path / "stage3" / "teacher.safetensors").state_dict()
-    start = load_teacher(whole / "teacher.safetensors").state_dict()
+    unchanged = load_decision(tmp_path / "stage3" / "teacher.safetensors").state_dict()
+    start = load_decision(whole / "teacher.safetensors").state_dict()
     assert all(torch.equal(unchanged[k], start[k]) for k in start)
     with pytest.raises(ValueError, match=r"reuse\.stage9: no such stage; valid: stage1, stage2, stage3"):
         train_recipe(recipe, tmp_path, {"reuse.stage9": "x"}, progress=False)

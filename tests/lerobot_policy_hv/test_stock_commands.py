@@ -43,6 +43,7 @@ def run_folder(tmp_path_factory, dataset: Path) -> Path:
     done = run_command(
         "lerobot-train",
         "--policy.type=hv",
+        "--policy.form=direct",
         *POLICY,
         "--policy.image_size=64",
         "--policy.memory_dropout=0",  # chance would keep a resumed run from repeating the same steps exactly

@@ -1,11 +1,13 @@
 """hv-tasks from the command line."""
 
 import json
+import re
 from pathlib import Path
 
 from PIL import Image
 from stock_commands import error_lines, run_command
 
+from hv_sim.objects import PACKAGED_KINDS
 from hv_sim.suites import load_suite
 from hv_sim.task import save_task
 
@@ -94,7 +96,16 @@ def test_gallery_shows_every_task(tmp_path: Path):
 def test_statistics_as_a_page_with_plots(tmp_path: Path):
     done = tasks("stats", "--output", tmp_path)
     assert done.returncode == 0, done.stdout
-    assert "| seen | 350 | 700 |" in (tmp_path / "benchmark_statistics.md").read_text()
+    page = (tmp_path / "benchmark_statistics.md").read_text()
+    printed = tasks("stats").stdout
+    for text in (page, printed):
+        assert "| seen | 350 | 700 |" in text
+        shares = next(line for line in text.splitlines() if line.startswith("| seen | from |"))
+        assert 97 <= sum(int(s) for s in re.findall(r"(\d+) %", shares)) <= 103
+        kinds = text[text.index("| kind |") :].splitlines()[2:]
+        moved = [int(line.split("|")[3]) for line in kinds if line.startswith("|")]
+        assert len(moved) == len(PACKAGED_KINDS)
+        assert sum(moved) == 700
     assert (tmp_path / "pictures" / "benchmark.png").stat().st_size > 10_000
 
 

@@ -17,6 +17,7 @@ STATE = "observation.state"
 def make_config(**changes) -> HVConfig:
     settings = {
         "device": "cpu",
+        "form": "direct",
         "image_size": 64,
         "memory_frames": 2,
         "memory_stride": 2,

@@ -7,6 +7,12 @@ from hv_sim.world import RearrangeWorld
 
 
 class StandStill:
+    knowledge = None
+    executed = None
+
+    def see_through(self, camera) -> None:
+        pass
+
     def __init__(self, num_envs: int):
         self.num_envs = num_envs
 

@@ -11,25 +11,30 @@ a network that regresses coordinates of a room gives three.
 from __future__ import annotations
 
 import itertools
-import json
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass
+from typing import Protocol
 
 import torch
-from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
 from torch import Tensor, nn
 
 from hv_policy.batch_invariant import BatchInvariantLinear
+from hv_policy.decision.memory import NUM_PHASES, VECTOR_DIM
+from hv_policy.decision.view import TaskView, to_heading
 from hv_policy.motor import embodiment as body
-from hv_policy.motor.reference import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, neutral_intent
-from hv_sim.control import INTENT_HIGH, INTENT_LOW
-from hv_sim.observations import BPS_POINTS, Observation
-from hv_teachers.planner import PlannerView
-from hv_teachers.teacher_memory import NUM_PHASES, VECTOR_DIM, to_heading
+from hv_policy.motor.reference import (
+    GAZE,
+    HEIGHT,
+    INTENT_HIGH,
+    INTENT_LOW,
+    LEFT_HAND,
+    PITCH,
+    RIGHT_HAND,
+    SQUEEZE,
+    neutral_intent,
+)
 
 MEMORIES = ("phase", "intent", "none")
+SEES = ("all", "places")
 ACTIONS = ("intent", "joints")
 
 OBSERVATION_DIM = 223 + 15 + 9 + 3 + 3
@@ -40,7 +45,9 @@ ANCHOR_DIM = 6 * len(ANCHORS)
 SIGHT_DIM = OBSERVATION_DIM + ROUTE_DIM + NEAR_DIM
 _UNSEEN_ANCHORS = [ANCHORS.index("grasp"), ANCHORS.index("chest")]  # without the route
 _MEMORY_FEATURES = NUM_PHASES + 4 + VECTOR_DIM - 2
-GEOMETRY_DIM = 3 * BPS_POINTS
+GEOMETRY_DIM = 600
+# of section 3's observations: how object and goal are turned, how the object moves, and its size
+_SHAPES = [*range(226, 238), *range(241, 247), *range(250, 253)]
 
 # spread of an intent: units of the network's output, of the exploration noise and of the imitation loss
 INTENT_UNITS = torch.tensor([0.5, 0.4, 0.8, 0.15, 0.4, *[0.1] * 6, 1.0, 0.5, 0.5])
@@ -49,26 +56,29 @@ _HAND_ORDER = torch.tensor([3, 4, 5, 0, 1, 2])  # right, left -> left, right as 
 
 
 @dataclass(frozen=True)
-class TeacherConfig:
+class DecisionConfig:
     """What the network is.
 
     Raises:
-        ValueError: `memory` or `action` is unknown.
+        ValueError: `memory`, `action` or `sees` is unknown.
     """
 
     memory: str = "phase"
-    """`phase`: `TeacherMemory`, in the input, moved on by the network; `intent`: its own last output; `none`."""
+    """`phase`: `TaskMemory`, in the input, moved on by the network; `intent`: its own last output; `none`."""
     action: str = "intent"
     """`intent`: the motor prior turns it into joint targets; `joints`: 28 targets directly (the paper's form)."""
     route: bool = True
     """Sees stands, grasp and depth (below); without it, only what section 3 lists."""
+    sees: str = "all"
+    """`places`: not how object and goal are turned, how the object moves and how large it is; where to stand and where
+    to hold it say as much, and can be seen in a picture."""
     geometry: int = 32
     """Width of the basis point set's embedding; 0 leaves the geometry out."""
     phase_hidden: tuple[int, ...] = (256, 128)
     hidden: tuple[int, ...] = (512, 256)
 
     def __post_init__(self) -> None:
-        for name, valid in (("memory", MEMORIES), ("action", ACTIONS)):
+        for name, valid in (("memory", MEMORIES), ("action", ACTIONS), ("sees", SEES)):
             if getattr(self, name) not in valid:
                 raise ValueError(f"teacher.{name}: {getattr(self, name)!r} is not valid; valid: {', '.join(valid)}")
 
@@ -81,7 +91,17 @@ class TeacherConfig:
         return NUM_PHASES if self.memory == "phase" else 1
 
 
-def sight(observation: Observation, view: PlannerView, leg_is_done: Tensor, picked_up: Tensor) -> Tensor:
+class Observed(Protocol):
+    """The privileged observations of the paper (Tables 9 to 11), heading frame."""
+
+    proprioception: Tensor  # (N, 223)
+    object: Tensor  # (N, 15)
+    goal: Tensor  # (N, 9)
+    waypoint: Tensor  # (N, 3)
+    half_extents: Tensor  # (N, 3)
+
+
+def sight(observation: Observed, view: TaskView, leg_is_done: Tensor, picked_up: Tensor) -> Tensor:
     """(N, SIGHT_DIM) what is seen now: observations, route, and what is near in fine units.
 
     Beside section 3's observations (253 numbers and the geometry) the teacher sees what the planner sees and they do
@@ -127,12 +147,12 @@ def sight(observation: Observation, view: PlannerView, leg_is_done: Tensor, pick
     )
 
 
-def hand_anchors(view: PlannerView, memory: Tensor) -> Tensor:
+def hand_anchors(view: TaskView, memory: Tensor) -> Tensor:
     """(N, 42) seven places for the (right, left) hand in the order of `ANCHORS`; heading frame, z above the floor.
 
     Args:
         view: what there is to see.
-        memory: (N, 18), `TeacherMemory.vector`.
+        memory: (N, 18), `TaskMemory.vector`.
     """
     n = len(memory)
     neutral = neutral_intent(n)
@@ -149,12 +169,12 @@ def hand_anchors(view: PlannerView, memory: Tensor) -> Tensor:
     return torch.stack([rest, hands, grasp, begun, goal + offset, picked + offset, chest], 1).flatten(1)
 
 
-class TeacherNetwork(nn.Module):
+class DecisionNetwork(nn.Module):
     """See the module's docstring. Inputs are raw; normalisation is part of it (`set_normalization`)."""
 
-    def __init__(self, config: TeacherConfig | None = None) -> None:
+    def __init__(self, config: DecisionConfig | None = None) -> None:
         super().__init__()
-        self.config = config or TeacherConfig()
+        self.config = config or DecisionConfig()
         c = self.config
         self.register_buffer("mean", torch.zeros(SIGHT_DIM))
         self.register_buffer("std", torch.ones(SIGHT_DIM))
@@ -171,9 +191,8 @@ class TeacherNetwork(nn.Module):
         self.head = BatchInvariantLinear(c.hidden[-1], c.num_heads * outputs)
         nn.init.zeros_(self.head.bias)
         self.head.weight.data.mul_(0.1)
-        low, high = torch.as_tensor(INTENT_LOW), torch.as_tensor(INTENT_HIGH)
-        self.register_buffer("_low", low, persistent=False)
-        self.register_buffer("_high", high, persistent=False)
+        self.register_buffer("_low", torch.tensor(INTENT_LOW), persistent=False)
+        self.register_buffer("_high", torch.tensor(INTENT_HIGH), persistent=False)
         self.register_buffer("_units", INTENT_UNITS.clone(), persistent=False)
         self.register_buffer("_rest", neutral_intent(1)[0], persistent=False)
 
@@ -252,6 +271,8 @@ class TeacherNetwork(nn.Module):
         seen = ((sights - self.mean) / self.std).clamp(-6.0, 6.0)
         if not c.route:
             seen = torch.cat([seen[:, :OBSERVATION_DIM], torch.zeros_like(seen[:, OBSERVATION_DIM:])], -1)
+        if c.sees == "places":
+            seen = seen.index_fill(-1, torch.tensor(_SHAPES, device=seen.device), 0.0)
         parts = [seen]
         if c.memory == "phase":
             phase = nn.functional.one_hot(memory[:, 0].long(), NUM_PHASES).to(seen)
@@ -261,49 +282,6 @@ class TeacherNetwork(nn.Module):
         elif c.memory == "intent":
             parts.append(memory)
         return torch.cat(parts, -1)
-
-
-def save_teacher(network: TeacherNetwork, path: Path, metadata: dict[str, str] | None = None) -> None:
-    """Weights and configuration as one safetensors file, written whole or not at all."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_suffix(".tmp")
-    header = {"format": "hv_teacher/1", "config": json.dumps(asdict(network.config)), **(metadata or {})}
-    save_file({k: v.contiguous() for k, v in network.state_dict().items()}, temporary, metadata=header)
-    temporary.replace(path)
-
-
-def load_teacher(path: Path) -> TeacherNetwork:
-    """Reads what `save_teacher` wrote.
-
-    Raises:
-        ValueError: the file is not a teacher, or its weights do not fit its configuration.
-    """
-    try:
-        with safe_open(str(path), framework="pt") as file:
-            header = file.metadata() or {}
-            weights = {k: file.get_tensor(k) for k in file.keys()}
-    except (OSError, SafetensorError) as error:
-        raise ValueError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
-    if header.get("format") != "hv_teacher/1":
-        raise ValueError(f"{path}: format is {header.get('format')!r}; valid: 'hv_teacher/1'")
-    try:
-        values = json.loads(header["config"])
-        plain: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
-        config = TeacherConfig(**plain)
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path}: its configuration is of another version: {error}") from error
-    network = TeacherNetwork(config)
-    expected = {k: tuple(v.shape) for k, v in network.state_dict().items()}
-    found = {k: tuple(v.shape) for k, v in weights.items()}
-    if expected != found:
-        wrong = sorted(k for k in expected.keys() | found.keys() if expected.get(k) != found.get(k))
-        raise ValueError(
-            f"{path}: weights {wrong} do not fit the configuration; expected {[expected.get(k) for k in wrong]}"
-        )
-    network.load_state_dict(weights, strict=True)
-    network.eval()
-    return network
 
 
 def _trunk(inputs: int, hidden: tuple[int, ...]) -> nn.Sequential:
@@ -323,14 +301,14 @@ def _near(value: Tensor, unit: float) -> Tensor:
     return (value / unit).clamp(-2.0, 2.0)
 
 
-def _stand(view: PlannerView, stand: Tensor) -> Tensor:
+def _stand(view: TaskView, stand: Tensor) -> Tensor:
     """(N, 4) x, y and the cosine and sine of the yaw of a stand pose, in the heading frame."""
     place = to_heading(view, torch.cat([stand[:, :2], torch.zeros_like(stand[:, :1])], -1)[:, None])[:, 0, :2]
     turn = stand[:, 2] - view.root_yaw
     return torch.cat([place, turn.cos()[:, None], turn.sin()[:, None]], -1)
 
 
-def _turned(view: PlannerView, direction_w: Tensor) -> Tensor:
+def _turned(view: TaskView, direction_w: Tensor) -> Tensor:
     """(N, 2) a world direction in the heading frame."""
     c, s = view.root_yaw.cos(), view.root_yaw.sin()
     x, y = direction_w.unbind(-1)

@@ -4,19 +4,11 @@ import pytest
 import torch
 from safetensors.torch import save_file
 
+from hv_policy.decision.memory import NUM_PHASES, VECTOR_DIM
+from hv_policy.decision.network import ANCHOR_DIM, ANCHORS, OBSERVATION_DIM, SIGHT_DIM, DecisionConfig, DecisionNetwork
+from hv_policy.decision.weights import load_decision, save_decision
 from hv_policy.motor.reference import GAZE, HEIGHT, LEFT_HAND, RIGHT_HAND, SQUEEZE, neutral_intent
 from hv_sim.control import INTENT_HIGH, INTENT_LOW
-from hv_teachers.teacher_memory import NUM_PHASES, VECTOR_DIM
-from hv_teachers.teacher_network import (
-    ANCHOR_DIM,
-    ANCHORS,
-    OBSERVATION_DIM,
-    SIGHT_DIM,
-    TeacherConfig,
-    TeacherNetwork,
-    load_teacher,
-    save_teacher,
-)
 
 SMALL = {"hidden": (16,), "phase_hidden": (8,), "geometry": 4}
 
@@ -31,7 +23,7 @@ def inputs(num, memory_dim=VECTOR_DIM, seed=0):
 
 
 def test_hands_are_a_mixture_of_places_and_a_correction():
-    network = TeacherNetwork(TeacherConfig(**SMALL))
+    network = DecisionNetwork(DecisionConfig(**SMALL))
     sights, anchors, geometry, memory = inputs(6)
     with torch.no_grad():
         network.head.weight.zero_()
@@ -56,7 +48,7 @@ def test_hands_are_a_mixture_of_places_and_a_correction():
 
 
 def test_each_phase_has_its_own_last_layer():
-    network = TeacherNetwork(TeacherConfig(**SMALL)).eval()
+    network = DecisionNetwork(DecisionConfig(**SMALL)).eval()
     sights, anchors, geometry, memory = inputs(4)
     memory[:, 0] = 3.0
     with torch.no_grad():
@@ -71,8 +63,8 @@ def test_each_phase_has_its_own_last_layer():
 
 @pytest.mark.parametrize("action", ["intent", "joints"])
 def test_without_the_route_only_section_3_is_seen(action):
-    config = TeacherConfig(route=False, memory="none", action=action, **SMALL)
-    network = TeacherNetwork(config)
+    config = DecisionConfig(route=False, memory="none", action=action, **SMALL)
+    network = DecisionNetwork(config)
     torch.nn.init.normal_(network.head.weight)
     sights, anchors, geometry, memory = inputs(5)
     other = sights.clone()
@@ -88,7 +80,7 @@ def test_without_the_route_only_section_3_is_seen(action):
 @pytest.mark.parametrize("memory", ["phase", "intent", "none"])
 @pytest.mark.parametrize("action", ["intent", "joints"])
 def test_units_and_file(tmp_path, memory, action):
-    network = TeacherNetwork(TeacherConfig(memory=memory, action=action, **SMALL)).eval()
+    network = DecisionNetwork(DecisionConfig(memory=memory, action=action, **SMALL)).eval()
     network.set_normalization(torch.randn(50, SIGHT_DIM))
     width = VECTOR_DIM if memory != "intent" else network.config.num_actions
     given = inputs(3, width)
@@ -97,8 +89,8 @@ def test_units_and_file(tmp_path, memory, action):
     assert said.shape == (3, 14 if action == "intent" else 28)
     inside = network.from_units(said)
     torch.testing.assert_close(network.from_units(network.to_units(inside)), inside)
-    save_teacher(network, tmp_path / "t.safetensors", {"samples": "7"})
-    again = load_teacher(tmp_path / "t.safetensors")
+    save_decision(network, tmp_path / "t.safetensors", {"samples": "7"})
+    again = load_decision(tmp_path / "t.safetensors")
     assert again.config == network.config
     with torch.no_grad():
         assert torch.equal(again(*given), said)
@@ -107,18 +99,18 @@ def test_units_and_file(tmp_path, memory, action):
 
 def test_bad_files_and_fields(tmp_path):
     with pytest.raises(ValueError, match=r"teacher\.memory: 'gru' is not valid; valid: phase, intent, none"):
-        TeacherConfig(memory="gru")
+        DecisionConfig(memory="gru")
     (tmp_path / "a.safetensors").write_bytes(b"nothing")
     with pytest.raises(ValueError, match="cannot be read"):
-        load_teacher(tmp_path / "a.safetensors")
+        load_decision(tmp_path / "a.safetensors")
     save_file({"x": torch.zeros(1)}, tmp_path / "b.safetensors", metadata={"format": "other"})
     with pytest.raises(ValueError, match="format is 'other'; valid: 'hv_teacher/1'"):
-        load_teacher(tmp_path / "b.safetensors")
+        load_decision(tmp_path / "b.safetensors")
     header = {"format": "hv_teacher/1", "config": '{"depth": 3}'}
     save_file({"x": torch.zeros(1)}, tmp_path / "c.safetensors", metadata=header)
     with pytest.raises(ValueError, match="its configuration is of another version"):
-        load_teacher(tmp_path / "c.safetensors")
+        load_decision(tmp_path / "c.safetensors")
     header = {"format": "hv_teacher/1", "config": "{}"}
     save_file({"x": torch.zeros(1)}, tmp_path / "d.safetensors", metadata=header)
     with pytest.raises(ValueError, match="do not fit the configuration"):
-        load_teacher(tmp_path / "d.safetensors")
+        load_decision(tmp_path / "d.safetensors")

@@ -1,4 +1,4 @@
-"""What a teacher remembers from step to step: the phase of the work, its clock, and a few places of the past.
+"""What is remembered from step to step: the phase of the work, its clock, and a few places of the past.
 
 It is the scripted planner's own memory, held outside of it. With it in the input the planner is a function of what the
 network sees, so that imitation has nothing hidden to guess; the network decides itself when a phase ends.
@@ -11,15 +11,15 @@ from dataclasses import dataclass, fields
 import torch
 from torch import Tensor
 
+from hv_policy.decision.view import Phase, TaskView, to_heading
 from hv_policy.motor.embodiment import CONTROL_DT_S
-from hv_teachers.planner import Phase, PlannerView, ScriptedPlanner
 
 NUM_PHASES = len(Phase)
 VECTOR_DIM = 1 + 1 + 6 + 6 + 3 + 1
 
 
 @dataclass
-class TeacherMemory:
+class TaskMemory:
     """One row per environment; heading frame with its origin on the floor below the pelvis unless said otherwise."""
 
     phase: Tensor  # (N,) int64, a `Phase`
@@ -30,9 +30,9 @@ class TeacherMemory:
     start_height: Tensor  # (N,) the object's height at the first look; below 0: not looked yet
 
     @staticmethod
-    def of(num: int) -> TeacherMemory:
+    def of(num: int) -> TaskMemory:
         """Fresh: about to approach."""
-        return TeacherMemory(
+        return TaskMemory(
             phase=torch.zeros(num, dtype=torch.long),
             clock_s=torch.zeros(num),
             from_hands=torch.zeros(num, 2, 3),
@@ -50,19 +50,19 @@ class TeacherMemory:
         self.from_object_w[ids] = 0.0
         self.start_height[ids] = -1.0
 
-    def clone(self) -> TeacherMemory:
+    def clone(self) -> TaskMemory:
         """A copy that shares nothing."""
-        return TeacherMemory(**{f.name: getattr(self, f.name).clone() for f in fields(self)})
+        return TaskMemory(**{f.name: getattr(self, f.name).clone() for f in fields(self)})
 
-    def where(self, chosen: Tensor, other: TeacherMemory) -> TeacherMemory:
+    def where(self, chosen: Tensor, other: TaskMemory) -> TaskMemory:
         """These rows where `chosen` (N,) is true, the other's elsewhere."""
         merged = {}
         for f in fields(self):
             mine, theirs = getattr(self, f.name), getattr(other, f.name)
             merged[f.name] = torch.where(chosen.view(-1, *(1,) * (mine.ndim - 1)), mine, theirs)
-        return TeacherMemory(**merged)
+        return TaskMemory(**merged)
 
-    def advance(self, phase: Tensor, view: PlannerView) -> Tensor:
+    def advance(self, phase: Tensor, view: TaskView) -> Tensor:
         """Goes on to `phase` (N,), remembering what has to be; returns (N,) bool: the object was given up as lost.
 
         To hold something or to be done and then to approach again means that it was lost; such an environment needs a
@@ -88,7 +88,7 @@ class TeacherMemory:
         """A control step passes."""
         self.clock_s = self.clock_s + CONTROL_DT_S
 
-    def vector(self, view: PlannerView) -> Tensor:
+    def vector(self, view: TaskView) -> Tensor:
         """(N, 18) phase, clock and places as numbers, heading frame."""
         return torch.cat(
             [
@@ -101,30 +101,3 @@ class TeacherMemory:
             ],
             -1,
         )
-
-    # the planner's
-
-    def lend_to(self, planner: ScriptedPlanner) -> None:
-        """Makes the planner believe that all this happened to it."""
-        planner.phase, planner.clock_s = self.phase.clone(), self.clock_s.clone()
-        planner._from_hands, planner._offset = self.from_hands.clone(), self.offset.clone()
-        planner._from_object, planner._start_height = self.from_object_w.clone(), self.start_height.clone()
-
-    @staticmethod
-    def of_planner(planner: ScriptedPlanner) -> TeacherMemory:
-        """What the planner remembers now."""
-        return TeacherMemory(
-            phase=planner.phase.clone(),
-            clock_s=planner.clock_s.clone(),
-            from_hands=planner._from_hands.clone(),
-            offset=planner._offset.clone(),
-            from_object_w=planner._from_object.clone(),
-            start_height=planner._start_height.clone(),
-        )
-
-
-def to_heading(view: PlannerView, points_w: Tensor) -> Tensor:
-    """(N, P, 3) world points -> heading frame with its origin on the floor below the pelvis."""
-    c, s = view.root_yaw.cos()[:, None], view.root_yaw.sin()[:, None]
-    x, y = (points_w[..., :2] - view.root_xy[:, None]).unbind(-1)
-    return torch.stack([c * x + s * y, c * y - s * x, points_w[..., 2]], -1)

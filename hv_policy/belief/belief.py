@@ -1,0 +1,120 @@
+"""What is believed about the places of a task, one row per environment: carried along by odometry, corrected by sight.
+
+A Kalman filter with one variance for each group of numbers. What stands still is kept in the frame in which odometry
+counts, so that walking and turning do not change it; an object that is being carried goes where the hands go.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from hv_policy.belief.places import GROUPS, MIDDLE, OBJECT, PLACES_DIM, SPAN, from_frame, stretch, to_frame, turned
+from hv_policy.motor import embodiment
+from hv_policy.motor.embodiment import CONTROL_DT_S
+from hv_policy.motor.proprioception import BodyState
+
+UNKNOWN = 1e4
+"""Variance, m^2, of what was never seen."""
+_GROUP_OF = torch.zeros(PLACES_DIM, dtype=torch.long)
+for _number, _group in enumerate(GROUPS):
+    _GROUP_OF[_group] = _number
+_OF_OBJECT = [i for i, g in enumerate(GROUPS) if g.start in (0, 2, 6, 8, 9, 11, 12, 14)]
+"""Groups that are settled anew when the object was lost: the object, how to hold it, and where to stand for that."""
+
+
+@dataclass(frozen=True)
+class BeliefConfig:
+    """How much is trusted.
+
+    Args:
+        look_every: control steps from one picture that is looked at to the next.
+        correlation: pictures that follow each other err alike: the variance of one counts so many times.
+        drift: error of odometry, m for each m.
+        searching_m: an object or goal that is less certain than this is looked for by turning round.
+        search_rad: how far the robot turns for that at most, for one instruction; then it goes by its best guess.
+        unrest: deviation by which everything may change in one control step, m.
+        doubt: deviation of an object that was lost, m.
+    """
+
+    look_every: int = 3
+    correlation: float = 4.0
+    searching_m: float = 0.9
+    search_rad: float = 7.0
+    drift: float = 0.03
+    unrest: float = 0.003
+    doubt: float = 0.7
+
+
+class Belief:
+    """See the module's docstring."""
+
+    def __init__(self, num: int, config: BeliefConfig | None = None) -> None:
+        self.config = config or BeliefConfig()
+        self.pose = torch.zeros(num, 3)
+        """(N, 3) x, y, yaw of the robot since the start, by odometry."""
+        self.places = torch.zeros(num, PLACES_DIM)
+        """(N, 21) in the frame of `pose`."""
+        self.variance = torch.full((num, len(GROUPS)), UNKNOWN)
+        """(N, 13) of each of `GROUPS`."""
+        self._velocity: Tensor | None = None
+        self._hands: Tensor | None = None
+
+    def forget(self, ids: Tensor) -> None:
+        """Environments `ids` have something else to do: nothing is known of it yet."""
+        self.variance[ids] = UNKNOWN
+
+    def doubt(self, ids: Tensor) -> None:
+        """In environments `ids` (n,) the object was lost: it may be elsewhere."""
+        rows = self.variance[ids]
+        rows[:, _OF_OBJECT] = rows[:, _OF_OBJECT].clamp(min=self.config.doubt**2)
+        self.variance[ids] = rows
+
+    def move(self, body: BodyState, carries: Tensor) -> None:
+        """A control step has passed: counts the robot's own motion, and takes along what it `carries` (N,) bool."""
+        velocity = torch.cat([body.lin_vel[:, embodiment.PELVIS, :2], body.heading_rate[:, None]], -1)
+        before = self.pose
+        if self._velocity is not None:
+            mean = (velocity + self._velocity) / 2 * CONTROL_DT_S
+            middle = before[:, 2:] + mean[:, 2:] / 2
+            xy = before[:, :2] + turned(mean[:, :2], middle.cos(), middle.sin())
+            self.pose = torch.cat([xy, before[:, 2:] + mean[:, 2:]], -1)
+        self._velocity = velocity
+        cos, sin = self.pose[:, 2:].cos(), self.pose[:, 2:].sin()
+        held = body.pos[:, embodiment.HANDS].mean(1)
+        hands = torch.cat([self.pose[:, :2] + turned(held[:, :2], cos, sin), held[:, 2:]], -1)
+        if self._hands is not None and bool(carries.any()):
+            turn = self.pose[:, 2:] - before[:, 2:]
+            cos, sin = turn.cos(), turn.sin()
+
+            def with_hands(vector: Tensor) -> Tensor:
+                return torch.cat([turned(vector[:, :2], cos, sin), vector[:, 2:]], -1)
+
+            moved = self.places.clone()
+            moved[:, OBJECT] = hands + with_hands(self.places[:, OBJECT] - self._hands)
+            moved[:, SPAN] = with_hands(self.places[:, SPAN])
+            moved[:, MIDDLE] = with_hands(self.places[:, MIDDLE])
+            self.places = torch.where(carries[:, None], moved, self.places)
+        self._hands = hands
+        way = (self.pose[:, :2] - before[:, :2]).norm(dim=-1, keepdim=True)
+        c = self.config
+        self.variance = (self.variance + c.unrest**2 + (c.drift * way) ** 2).clamp(max=UNKNOWN)
+
+    def measure(self, ids: Tensor, places_h: Tensor, spread_h: Tensor) -> None:
+        """Takes in what pictures of environments `ids` (n,) say: places (n, 21), heading frame, and their deviations
+        (n, 21), m."""
+        seen = to_frame(places_h, self.pose[ids])
+        squared = spread_h * spread_h
+        noise = torch.stack([squared[:, g].mean(1) for g in GROUPS], 1) * self.config.correlation
+        places, variance = self.places[ids], self.variance[ids]
+        gain = variance / (variance + noise)
+        self.places = self.places.index_copy(0, ids, places + gain[:, _GROUP_OF.to(gain.device)] * (seen - places))
+        self.variance = self.variance.index_copy(0, ids, (1 - gain) * variance)
+
+    def now(self) -> tuple[Tensor, Tensor]:
+        """(N, 21) the places in the present heading frame, and (N, 21) the logarithm of their squashed deviation."""
+        places_h = from_frame(self.places, self.pose)
+        spread = self.variance.sqrt()[:, _GROUP_OF.to(self.variance.device)]
+        return places_h, (spread / stretch(places_h)).log()

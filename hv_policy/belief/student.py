@@ -1,0 +1,284 @@
+"""The network that sees, believes and decides; and one that acts with it, step by step, in many environments."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+from torch import Tensor, nn
+
+from hv_policy.belief.belief import Belief, BeliefConfig
+from hv_policy.belief.perception import (
+    Perception,
+    belief_features,
+    measurement_loss,
+    way_loss,
+)
+from hv_policy.belief.places import (
+    AWAY,
+    FLAGS,
+    GOAL,
+    GOAL_GROUP,
+    IS_LAST,
+    OBJECT,
+    OBJECT_GROUP,
+    PICK,
+    PLACE,
+    PRIOR_SPREAD,
+    WAY_DIM,
+    WAYPOINT,
+    squash,
+    stretch,
+    turned,
+    unsquash,
+    unsquash_waypoint,
+)  # fmt: skip
+from hv_policy.belief.task_places import leg_is_done, view_of
+from hv_policy.decision.memory import TaskMemory
+from hv_policy.decision.network import DecisionConfig, DecisionNetwork, hand_anchors, sight
+from hv_policy.decision.view import Phase
+from hv_policy.decision.weights import load_decision
+from hv_policy.motor.embodiment import CONTROL_DT_S
+from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
+from hv_policy.motor.proprioception import BodyState, read_proprioception
+from hv_policy.motor.reference import GAZE, VELOCITY
+
+DECISION = DecisionConfig(sees="places", geometry=0)
+SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
+LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD = 0.02, 1.5
+UNKNOWN_SHARE = 0.15
+SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
+
+
+class BeliefNetwork(nn.Module):
+    """All weights of a student: perception, decisions (`DECISION`) and motor prior.
+
+    Args:
+        perception: see `Perception`.
+        from_scratch: take the shipped decisions and motor prior; else they come with a checkpoint.
+    """
+
+    def __init__(self, perception: Perception, from_scratch: bool) -> None:
+        super().__init__()
+        self.perception = perception
+        self.prior: MotorPrior = load_shipped_motor_prior()
+        self.decision: DecisionNetwork = load_decision(SHIPPED_DECISION) if from_scratch else DecisionNetwork(DECISION)
+        self.decision.requires_grad_(False)
+        self.prior.requires_grad_(False)
+
+    def loss(
+        self, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor, known: dict[str, Tensor]
+    ) -> tuple[Tensor, dict[str, float]]:
+        """(B,) how wrong the places and the way are that the network sees, and figures to watch (m).
+
+        Args:
+            pictures, state, words, is_word: see `Perception`.
+            known: `places` (B, 21), `way` (B, 8), `memory` (B, 18): what was so.
+        """
+        seen = self.perception(pictures, state, words, is_word)
+        places, way, memory = known["places"], known["way"], known["memory"]
+        truth = squash(places)
+        low, high = torch.tensor([LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD]).log().tolist()
+        log_spread = low + (high - low) * torch.rand(len(truth), 1, device=truth.device)
+        unknown = torch.rand(len(truth), 1, device=truth.device) < UNKNOWN_SHARE
+        log_spread = torch.where(unknown, torch.full_like(log_spread, 2.0), log_spread).expand_as(truth)
+        believed = truth + torch.randn_like(truth) * log_spread.exp()
+        features = belief_features(believed, log_spread, memory[:, 0].long(), memory[:, 1])
+        predicted = self.perception.way(seen, state, features)
+        seeing, going = measurement_loss(seen, places), way_loss(predicted, way)
+        with torch.no_grad():
+            error = (unsquash(seen.places) - places).abs()
+            near = places[:, :2].norm(dim=-1) < 1.5
+            figures = {
+                "seeing_loss": seeing.mean().item(),
+                "way_loss": going.mean().item(),
+                "object_error_m": _median(error[:, OBJECT][:, :2].norm(dim=1)),
+                "near_object_error_m": _median(error[near][:, OBJECT][:, :2].norm(dim=1)),
+                "goal_error_m": _median(error[:, GOAL][:, :2].norm(dim=1)),
+                "stand_error_m": _median(error[:, PICK].norm(dim=1)),
+                "waypoint_error_m": _median((unsquash_waypoint(predicted[:, WAYPOINT]) - way[:, WAYPOINT]).norm(dim=1)),
+                "flags_wrong": ((predicted[:, FLAGS] > 0) != (way[:, FLAGS] > 0.5)).float().mean().item(),
+            }
+        return seeing + going, figures
+
+
+@dataclass
+class _Observed:
+    """`hv_policy.decision.network.Observed` without what cannot be seen."""
+
+    proprioception: Tensor
+    object: Tensor
+    goal: Tensor
+    waypoint: Tensor
+    half_extents: Tensor
+
+
+@dataclass
+class Following:
+    """Everything that a student carries from one control step to the next, for N environments."""
+
+    belief: Belief
+    memory: TaskMemory
+    prior: MotorPrior
+    instructions: list[str]
+    blind_steps: Tensor
+    """(N,) control steps since the last look at a picture."""
+    way: Tensor
+    """(N, 8) as `hv_policy.belief.places` has it, but in the frame of the belief's pose."""
+    searched_rad: Tensor
+    """(N,) how far the robot has turned round, looking for something, since the instruction."""
+    intent: Tensor
+    """(N, 14) the last one."""
+
+    @staticmethod
+    def begin(network: BeliefNetwork, instructions: Sequence[str], config: BeliefConfig) -> Following:
+        """Nothing has been seen yet."""
+        n = len(instructions)
+        prior = copy.copy(network.prior)  # shares the weights, has a memory of its own
+        prior.reset()
+        blind = torch.full((n,), config.look_every)
+        memory, way = TaskMemory.of(n), torch.zeros(n, WAY_DIM)
+        belief, searched, intent = Belief(n, config), torch.zeros(n), torch.zeros(n, 14)
+        return Following(belief, memory, prior, list(instructions), blind, way, searched, intent)
+
+    def copy(self) -> Following:
+        """The same, from where another future may begin."""
+        prior = self.copied_prior()
+        belief, memory, way = copy.deepcopy(self.belief), self.memory.clone(), self.way.clone()
+        blind, searched, intent = self.blind_steps.clone(), self.searched_rad.clone(), self.intent.clone()
+        return Following(belief, memory, prior, list(self.instructions), blind, way, searched, intent)
+
+    def copied_prior(self) -> MotorPrior:
+        """The motor prior in its present state; what the copy does leaves this one alone."""
+        prior = copy.copy(self.prior)
+        prior.memory = copy.deepcopy(self.prior.memory)
+        prior._last_residual, prior._fresh = copy.deepcopy((self.prior._last_residual, self.prior._fresh))
+        return prior
+
+    def hear(self, instructions: Sequence[str]) -> None:
+        """Begins anew where the instruction is another one, and there alone."""
+        changed = [i for i, (new, old) in enumerate(zip(instructions, self.instructions, strict=True)) if new != old]
+        if changed:
+            ids = torch.tensor(changed)
+            self.belief.forget(ids)
+            self.memory.reset(ids)
+            self.blind_steps[ids] = self.belief.config.look_every
+            self.searched_rad[ids] = 0.0
+            self.instructions = list(instructions)
+
+    @property
+    def looks(self) -> Tensor:
+        """(n,) the environments that will look at their picture in the coming step; the others need none."""
+        return (self.blind_steps >= self.belief.config.look_every).nonzero()[:, 0]
+
+    def act(self, network: BeliefNetwork, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor) -> Tensor:
+        """(N, 28) servo targets in rad for this control step; for the arguments see `decide`."""
+        return self.prior(state, self.decide(network, pictures, state, words, is_word))
+
+    def decide(self, network: BeliefNetwork, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor) -> Tensor:
+        """(N, 14) intents for this control step, which then has to be done with `prior`.
+
+        Args:
+            network: who acts.
+            pictures: (n, 3, H, W), 0..1, of the environments `looks`.
+            state: (N, 223) proprioception.
+            words, is_word: (N, L, dim) and (N, L) bool, from `Perception.text`.
+        """
+        body = read_proprioception(state)
+        phase = self.memory.phase
+        self.belief.move(body, (phase >= Phase.LIFT) & (phase <= Phase.LOWER))
+        looks = self.looks
+        if len(looks):
+            self._look(network.perception, looks, pictures, state[looks], words[looks], is_word[looks])
+        self.blind_steps += 1
+        self.blind_steps[looks] = 1
+        places_h = self.belief.now()[0]
+        remembered = self.memory.clone()
+        intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
+        self.intent = self._search(intent, remembered)
+        return self.intent
+
+    def _search(self, intent: Tensor, remembered: TaskMemory) -> Tensor:
+        """(N, 14) the intent; but where it is not known where the object or, once that is carried, its goal is, the
+        robot turns round on the spot, and remembers what it did before (`remembered`)."""
+        c, phase = self.belief.config, remembered.phase
+        spread = self.belief.variance.sqrt()
+        to_object, carries = phase <= Phase.ALIGN, phase == Phase.CARRY
+        unknown = torch.where(carries, spread[:, GOAL_GROUP], spread[:, OBJECT_GROUP]) > c.searching_m
+        searches = (to_object | carries) & unknown & (self.searched_rad < c.search_rad)
+        if not bool(searches.any()):
+            return intent
+        rate = torch.where(carries, CARRYING_TURN_RAD_S, SEARCHING_TURN_RAD_S)
+        self.searched_rad = self.searched_rad + rate * CONTROL_DT_S * searches
+        looking = intent.clone()
+        looking[:, VELOCITY] = torch.stack([torch.zeros_like(rate), torch.zeros_like(rate), rate], -1)
+        looking[:, GAZE] = torch.tensor([0.0, 0.4])
+        self.memory = remembered.where(searches, self.memory)
+        return torch.where(searches[:, None], looking, intent)
+
+    def _look(
+        self, perception: Perception, ids: Tensor, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor
+    ) -> None:
+        """Takes in the pictures of environments `ids` (n,); all arguments are theirs."""
+        seen = perception(pictures, state, words, is_word)
+        places = unsquash(seen.places)
+        # what the network knows without looking must not count anew with every picture
+        known = (-2 * PRIOR_SPREAD.log()).exp() * (self.searched_rad[ids] < self.belief.config.search_rad)[:, None]
+        told = ((-2 * seen.log_spread).exp() - known.to(places)).clamp(min=1e-4)
+        self.belief.measure(ids, places, told.rsqrt() * stretch(places))
+        places_h, log_spread = self.belief.now()
+        phase, clock = self.memory.phase[ids], self.memory.clock_s[ids]
+        features = belief_features(squash(places_h[ids]), log_spread[ids], phase, clock)
+        way = perception.way(seen, state, features)
+        pose = self.belief.pose[ids]
+        cos, sin = pose[:, 2:].cos(), pose[:, 2:].sin()
+        way[:, WAYPOINT] = turned(unsquash_waypoint(way[:, WAYPOINT]), cos, sin) + pose[:, :2]
+        way[:, AWAY] = turned(way[:, AWAY], cos, sin)
+        way[:, FLAGS] = (way[:, FLAGS] > 0).to(way)
+        self.way = self.way.index_copy(0, ids, way)
+
+    def _way_now(self, places_h: Tensor) -> Tensor:
+        """(N, 8) the way in the present heading frame; where the waypoint is a stand, the one that is believed in."""
+        pose, way = self.belief.pose, self.way.clone()
+        cos, sin = pose[:, 2:].cos(), -pose[:, 2:].sin()
+        way[:, WAYPOINT] = turned(way[:, WAYPOINT] - pose[:, :2], cos, sin)
+        way[:, AWAY] = turned(way[:, AWAY], cos, sin)
+        to_place = (self.memory.phase >= Phase.LIFT) & (self.memory.phase <= Phase.LOWER)
+        stand = torch.where(to_place[:, None], places_h[:, PLACE], places_h[:, PICK])
+        at_stand = (way[:, IS_LAST] > 0.5) & (self.memory.phase <= Phase.LOWER)
+        way[:, WAYPOINT] = torch.where(at_stand[:, None], stand, way[:, WAYPOINT])
+        return way
+
+    def _decide(
+        self, decision: DecisionNetwork, state: Tensor, body: BodyState, places_h: Tensor, way: Tensor
+    ) -> Tensor:
+        """(N, 14) intents; the memory moves on."""
+        view = view_of(places_h, way, body, self.belief.pose)
+        root = torch.zeros_like(places_h[:, :3])
+        root[:, 2] = state[:, 0]
+        nothing = torch.zeros_like(places_h[:, :12])
+        observed = _Observed(
+            proprioception=state,
+            object=torch.cat([places_h[:, OBJECT] - root, nothing], 1),
+            goal=torch.cat([places_h[:, GOAL] - root, nothing[:, :6]], 1),
+            waypoint=torch.cat([way[:, WAYPOINT], -root[:, 2:]], 1),
+            half_extents=nothing[:, :3],
+        )
+        sights = sight(observed, view, leg_is_done(way), self.memory.phase > Phase.LIFT)
+        geometry = state.new_zeros(len(state), 600)
+        before = self.memory.vector(view)
+        phase = decision.phase_logits(sights, geometry, before).argmax(-1)
+        lost = self.memory.advance(phase, view)
+        if bool(lost.any()):
+            self.belief.doubt(lost.nonzero()[:, 0])
+        vector = self.memory.vector(view)
+        action = decision(sights, hand_anchors(view, vector), geometry, vector)
+        self.memory.tick()
+        return decision.from_units(action)
+
+
+def _median(values: Tensor) -> float:
+    return float(values.median()) if values.numel() else float("nan")

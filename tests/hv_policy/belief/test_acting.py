@@ -1,0 +1,179 @@
+"""The form `belief` as LeRobot sees it: trained from batches, acting step by step, saved and loaded."""
+
+from types import SimpleNamespace
+
+import pandas as pd
+import pytest
+import torch
+from policy_samples import HEAD, STATE, TASKS, make_config
+
+from hv_policy.belief.labels import LABELS
+from hv_policy.belief.perception import measurement_loss
+from hv_policy.belief.student import BeliefNetwork
+from hv_policy.modeling_hv import HVPolicy
+from hv_sim.observations import proprioception
+from hv_sim.suites import load_suite
+from hv_sim.world import RearrangeWorld
+
+
+def make_believer(**changes) -> HVPolicy:
+    torch.manual_seed(0)
+    meta = SimpleNamespace(tasks=pd.DataFrame({"task_index": [0, 1]}, index=TASKS))
+    return HVPolicy(make_config(form="belief", **changes), dataset_meta=meta)
+
+
+@pytest.fixture(scope="module")
+def states() -> list[torch.Tensor]:
+    """(2, 223) proprioception of two humanoids that begin to sway, for 8 steps."""
+    world = RearrangeWorld(load_suite("seen")[:2], num_threads=1)
+    seen = []
+    for step in range(8):
+        seen.append(proprioception(world.state).clone())
+        world.step(torch.full((2, 28), 0.02 * step))
+    return seen
+
+
+def frames_of(states: list[torch.Tensor], seed: int = 0) -> list[dict]:
+    generator = torch.Generator().manual_seed(seed)
+    return [{HEAD: torch.rand(len(s), 3, 64, 64, generator=generator), STATE: s} for s in states]
+
+
+def roll(policy: HVPolicy, frames: list[dict], tasks: list[list[str]]) -> list[torch.Tensor]:
+    policy.reset()
+    return [policy.select_action({**frame, "task": task}) for frame, task in zip(frames, tasks, strict=True)]
+
+
+def labelled(count: int, generator: torch.Generator, state: torch.Tensor) -> dict:
+    """Pictures with a bright spot; the object is to the left of the robot if the spot is on the left."""
+    left = torch.randint(2, (count,), generator=generator)
+    pictures = 0.2 * torch.rand(count, 3, 64, 64, generator=generator)
+    pictures[left == 1, :, 24:40, 4:20] += 0.7
+    pictures[left == 0, :, 24:40, 44:60] += 0.7
+    places = torch.zeros(count, 21)
+    places[:, 0], places[:, 1] = 1.0, left * 2.0 - 1
+    known = {"places": places, "way": torch.zeros(count, 8), "memory": torch.zeros(count, 18)}
+    assert {k: v.shape[1] for k, v in known.items()} == LABELS
+    batch = {HEAD: pictures, STATE: state.expand(count, -1), "task": TASKS[:1] * count}
+    return batch | {f"privileged.{k}": v for k, v in known.items()}
+
+
+def test_learns_where_an_object_is_and_how_sure_that_is(states):
+    policy = make_believer()
+    policy.train()
+    optimizer = torch.optim.AdamW(policy.get_optim_params(), lr=6e-4)
+    generator = torch.Generator().manual_seed(1)
+    for _ in range(160):
+        loss, figures = policy(labelled(32, generator, states[0][:1]))
+        optimizer.zero_grad()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(policy.parameters(), 5.0)
+        optimizer.step()
+    policy.eval()
+    assert isinstance(policy.network, BeliefNetwork)
+    batch = labelled(64, generator, states[0][:1])
+    words, is_word = policy.student.reader.read(batch["task"])
+    with torch.no_grad():
+        seen = policy.network.perception(batch[HEAD], batch[STATE], words, is_word)
+    wrong = (seen.places[:, 1].sign() != batch["privileged.places"][:, 1].sign()).float().mean()
+    assert wrong < 0.05
+    assert seen.log_spread[:, 1].exp().mean() < 0.6
+    assert figures["object_error_m"] < 0.5
+
+
+def test_loss_is_least_where_the_spread_is_the_error():
+    seen = SimpleNamespace(places=torch.full((1, 21), 0.3), log_spread=torch.zeros(1, 21), impression=None)
+    losses = {}
+    for spread in (0.05, 0.3, 2.0):
+        seen.log_spread = torch.full((1, 21), spread).log()
+        likely = measurement_loss(seen, torch.zeros(1, 21)) / spread  # without the weight
+        losses[spread] = float(likely)
+    assert min(losses, key=losses.__getitem__) == 0.3
+
+
+def test_only_the_perception_is_trained():
+    policy = make_believer()
+    trained = {name.split(".")[1] for name, p in policy.named_parameters() if p.requires_grad}
+    assert trained == {"perception"}
+
+
+def test_environments_do_not_see_each_other(states):
+    policy, frames = make_believer().eval(), frames_of(states)
+    tasks = [[TASKS[0], TASKS[step >= 4]] for step in range(8)]
+    together = roll(policy, frames, tasks)
+    for env in range(2):
+        mine = [{k: v[env : env + 1] for k, v in frame.items()} for frame in frames]
+        alone = roll(policy, mine, [[t[env]] for t in tasks])
+        for step in range(8):
+            torch.testing.assert_close(together[step][env], alone[step][0], atol=1e-4, rtol=1e-4)
+
+
+def test_a_new_instruction_is_a_new_task_there_alone(states):
+    policy, frames = make_believer().eval(), frames_of(states)
+    roll(policy, frames[:4], [[TASKS[0]] * 2] * 4)
+    following = policy.student.following
+    following.memory.start_height[:] = 0.5
+    following.searched_rad[:] = 3.0
+    policy.select_action({**frames[4], "task": [TASKS[0], TASKS[1]]})
+    assert following.searched_rad[0] >= 3.0
+    assert following.searched_rad[1] < 0.1
+    assert following.memory.start_height[0] == 0.5
+    assert following.memory.start_height[1] != 0.5
+    assert following.blind_steps.tolist()[1] == 1  # it looked at once
+
+
+def test_nothing_leaks_over_a_reset_or_from_a_glance(states):
+    policy, frames = make_believer().eval(), frames_of(states)
+    tasks = [TASKS] * 8
+    first = roll(policy, frames, tasks)
+    roll(policy, frames_of(states, seed=3), tasks)
+    policy.reset()
+    for frame, task, before in zip(frames, tasks, first, strict=True):
+        glance = policy.predict_action_chunk({**frame, "task": task})[:, 0]
+        torch.testing.assert_close(glance, before, atol=0, rtol=0)
+        torch.testing.assert_close(policy.select_action({**frame, "task": task}), before, atol=0, rtol=0)
+
+
+def test_saved_and_loaded_policy_acts_the_same(states, tmp_path):
+    policy, frames = make_believer().eval(), frames_of(states)
+    policy.save_pretrained(tmp_path / "policy")
+    loaded = HVPolicy.from_pretrained(tmp_path / "policy").eval()
+    for a, b in zip(roll(policy, frames, [TASKS] * 8), roll(loaded, frames, [TASKS] * 8), strict=True):
+        torch.testing.assert_close(a, b, atol=0, rtol=0)
+
+
+def test_another_body_is_refused_in_one_line():
+    from lerobot.configs import FeatureType, PolicyFeature
+
+    features = {HEAD: PolicyFeature(FeatureType.VISUAL, (3, 64, 64)), STATE: PolicyFeature(FeatureType.STATE, (14,))}
+    with pytest.raises(ValueError, match="form: belief is for one camera, a state of 223") as error:
+        make_believer(input_features=features)
+    assert "\n" not in str(error.value)
+
+
+def test_training_without_labels_is_refused_in_one_line(states):
+    policy = make_believer()
+    policy.student._meta = None
+    with pytest.raises(ValueError, match="trained on a dataset of hv-record"):
+        policy({HEAD: torch.rand(2, 3, 64, 64), STATE: states[0], "task": TASKS})
+
+
+def test_who_does_not_know_where_a_thing_is_looks_round_but_not_for_ever(states):
+    policy, frame = make_believer().eval(), frames_of(states)[0]
+    with torch.no_grad():
+        policy.network.perception.measure.weight.zero_()
+        policy.network.perception.measure.bias[21:] = 1.5  # says that it cannot tell
+    policy.reset()
+    policy.select_action({**frame, "task": TASKS})
+    following = policy.student.following
+    assert following.intent[:, 2].tolist() == [1.0, 1.0]
+    assert following.memory.clock_s.tolist() == [0.0, 0.0]
+    following.searched_rad[0] = 10.0
+    policy.select_action({**frame, "task": TASKS})
+    assert following.intent[1, 2] == 1.0
+    assert following.intent[0, 2] != 1.0
+    with torch.no_grad():
+        policy.network.perception.measure.bias[21:] = -3.0  # is sure
+    policy.reset()
+    for _ in range(3):
+        policy.select_action({**frame, "task": TASKS})
+    assert float(policy.student.following.searched_rad.max()) == 0.0

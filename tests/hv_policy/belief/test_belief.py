@@ -1,0 +1,105 @@
+import math
+
+import torch
+
+from hv_policy.belief.belief import UNKNOWN, Belief, BeliefConfig
+from hv_policy.belief.places import GROUPS, OBJECT, PLACES_DIM
+from hv_policy.motor import embodiment
+from hv_policy.motor.proprioception import read_proprioception
+from hv_sim.observations import Heading, proprioception
+from hv_sim.suites import load_suite
+from hv_sim.world import RearrangeWorld
+from hv_teachers.teacher import load_shipped_teacher
+
+NOTHING_HELD = torch.zeros(1, dtype=torch.bool)
+
+
+def standing_body():
+    world = RearrangeWorld(load_suite("seen")[:1], num_threads=1)
+    return read_proprioception(proprioception(world.state))
+
+
+def test_what_stands_still_stays_where_it_is_while_the_robot_walks_and_turns():
+    body, belief = standing_body(), Belief(1)
+    body.lin_vel[:] = 0
+    body.ang_vel[:] = 0
+    belief.move(body, NOTHING_HELD)
+    places = torch.zeros(1, PLACES_DIM)
+    places[0, :3] = torch.tensor([2.0, 1.0, 0.7])
+    places[0, 14] = 1.0
+    belief.measure(torch.tensor([0]), places, torch.full_like(places, 0.01))
+    body.lin_vel[:, embodiment.PELVIS, 0] = 0.6
+    for _ in range(31):
+        belief.move(body, NOTHING_HELD)
+    seen, _ = belief.now()
+    torch.testing.assert_close(seen[0, :3], torch.tensor([1.4, 1.0, 0.7]), atol=0.02, rtol=0)
+    body.lin_vel[:] = 0
+    body.ang_vel[:, embodiment.PELVIS, 2] = math.pi / 2
+    for _ in range(31):
+        belief.move(body, NOTHING_HELD)
+    seen, _ = belief.now()
+    torch.testing.assert_close(seen[0, :3], torch.tensor([1.0, -1.4, 0.7]), atol=0.1, rtol=0)
+    torch.testing.assert_close(seen[0, 14:16], torch.tensor([0.0, -1.0]), atol=0.1, rtol=0)
+
+
+def test_odometry_keeps_count_of_a_real_walk():
+    """The teacher plays for 15 s; what was counted is compared with where the robot is."""
+    world = RearrangeWorld(load_suite("seen")[:2], num_threads=1)
+    world.reset(seeds=[3, 4])
+    teacher, belief = load_shipped_teacher(), Belief(2)
+    start, heading = world.state.link_pos_w[:, 0, :2].clone(), Heading.of(world.state)
+    yaw = torch.atan2(heading.sin, heading.cos)
+    walked = 0.0
+    for _ in range(450):
+        belief.move(read_proprioception(world.observe().proprioception), torch.zeros(2, dtype=torch.bool))
+        before = world.state.link_pos_w[:, 0, :2].clone()
+        world.step(teacher(world))
+        walked += float((world.state.link_pos_w[:, 0, :2] - before).norm(dim=-1).mean())
+    belief.move(read_proprioception(world.observe().proprioception), torch.zeros(2, dtype=torch.bool))
+    there = world.state.link_pos_w[:, 0, :2] - start
+    c, s = yaw.cos(), yaw.sin()
+    truth = torch.stack([c * there[:, 0] + s * there[:, 1], c * there[:, 1] - s * there[:, 0]], -1)
+    assert walked > 2
+    assert (belief.pose[:, :2] - truth).norm(dim=-1).max() < 0.05 * walked
+
+
+def test_the_filter_weighs_as_kalmans_equations_say():
+    config = BeliefConfig(correlation=1.0)
+    belief, mean, variance = Belief(1, config), 0.0, UNKNOWN
+    generator = torch.Generator().manual_seed(0)
+    for spread in (0.5, 0.1, 0.3):
+        measured = torch.randn(1, PLACES_DIM, generator=generator)
+        belief.measure(torch.tensor([0]), measured, torch.full((1, PLACES_DIM), spread))
+        gain = variance / (variance + spread**2)
+        mean, variance = mean + gain * (float(measured[0, 2]) - mean), (1 - gain) * variance
+        assert abs(float(belief.places[0, 2]) - mean) < 1e-4
+        torch.testing.assert_close(belief.variance[0], torch.full((len(GROUPS),), variance), atol=1e-5, rtol=1e-3)
+
+
+def test_what_is_carried_goes_where_the_hands_go():
+    body, belief = standing_body(), Belief(1)
+    body.lin_vel[:] = 0
+    body.ang_vel[:] = 0
+    holds = ~NOTHING_HELD
+    belief.move(body, holds)
+    places = torch.zeros(1, PLACES_DIM)
+    places[0, OBJECT] = torch.tensor([0.4, 0.0, 0.9])
+    belief.measure(torch.tensor([0]), places, torch.full_like(places, 0.01))
+    body.pos[:, embodiment.HANDS, 2] += 0.3
+    belief.move(body, holds)
+    torch.testing.assert_close(belief.now()[0][0, OBJECT], torch.tensor([0.4, 0.0, 1.2]), atol=1e-3, rtol=0)
+    body.lin_vel[:, embodiment.PELVIS, 0] = 0.5
+    for _ in range(20):
+        belief.move(body, holds)
+    torch.testing.assert_close(belief.now()[0][0, OBJECT], torch.tensor([0.4, 0.0, 1.2]), atol=1e-3, rtol=0)
+
+
+def test_forgetting_and_doubting_concern_the_environments_named():
+    belief = Belief(3)
+    belief.measure(torch.arange(3), torch.zeros(3, PLACES_DIM), torch.full((3, PLACES_DIM), 0.01))
+    belief.forget(torch.tensor([0]))
+    belief.doubt(torch.tensor([1]))
+    assert (belief.variance[0] == UNKNOWN).all()
+    assert belief.variance[1, 0] > 0.4
+    assert belief.variance[1, 2] < 0.01  # the goal is where it was
+    assert (belief.variance[2] < 0.01).all()

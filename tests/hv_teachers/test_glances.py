@@ -1,0 +1,57 @@
+import numpy as np
+import torch
+
+from hv_policy.belief.places import GOAL, OBJECT
+from hv_sim.observations import Heading
+from hv_sim.suites import load_suite
+from hv_teachers.expert import PlannerExpert
+from hv_teachers.glances import VIEWS_PER_PLACE, glance_around
+from hv_teachers.recording import RecordingConfig, roll_glances
+
+TASKS = load_suite("seen")[:2]
+
+
+def test_what_is_known_is_what_mujoco_says_from_many_free_places():
+    standing, turns, indices = set(), [], []
+    for world, knowledge in glance_around(TASKS, [3, 4], 4 * VIEWS_PER_PLACE):
+        state, rows = world.state, torch.arange(2)
+        heading = Heading.of(state)
+        heading.origin_w = torch.cat([state.link_pos_w[:, 0, :2], torch.zeros(2, 1)], -1)
+        index = world.object_index
+        torch.testing.assert_close(
+            knowledge.places[:, OBJECT], heading.relative(state.object_pos_w[rows, index]), atol=1e-4, rtol=1e-4
+        )
+        goal = world.goal_pos_w[rows, world.subtask_index]
+        torch.testing.assert_close(knowledge.places[:, GOAL], heading.relative(goal), atol=1e-4, rtol=1e-4)
+        standing.add(tuple(np.round(state.link_pos_w[0, 0, :2].tolist(), 3)))
+        turns.append(float(heading.cos[0]))
+        indices.append(int(world.subtask_index[0]))
+        for env, scene in enumerate(world.scenes):
+            x, y = scene.occupancy.cell_of(state.link_pos_w[env, 0, :2].numpy())
+            assert scene.occupancy.clearance_m()[x, y] > 0.15
+    assert len(standing) == 4
+    assert np.std(turns) > 0.2
+    assert indices == sorted(indices)
+    assert set(indices) == {0, 1}
+
+
+def test_glances_follow_from_the_task_and_the_seed_alone():
+    config = RecordingConfig(seed=1, image_size_px=32, glances=4)
+    (_, first), (_, second) = roll_glances([(TASKS[0], 0), (TASKS[1], 0)], config)
+    [(attempt, alone)] = roll_glances([(TASKS[1], 0)], config)
+    assert attempt.num_frames == len(alone) == 4
+    assert first[0]["task"] != second[0]["task"]
+    for a, b in zip(second, alone, strict=True):
+        assert a["task"] == b["task"]
+        for key in set(a) - {"task"}:
+            np.testing.assert_array_equal(a[key], b[key])
+
+
+def test_an_experts_columns_and_those_of_glances_are_the_same():
+    from hv_teachers.recording import roll_attempts
+
+    [(_, glances)] = roll_glances([(TASKS[0], 0)], RecordingConfig(image_size_px=32, glances=1))
+    [(_, frames)] = roll_attempts(
+        [(TASKS[0], 0)], PlannerExpert, RecordingConfig(image_size_px=32, max_episode_steps=2)
+    )
+    assert {k: np.shape(v) for k, v in glances[0].items()} == {k: np.shape(v) for k, v in frames[0].items()}
