@@ -10,7 +10,7 @@ export PYTHONHASHSEED := 0
 # Threads that spin while they wait stall a machine that is shared with other work.
 export OMP_WAIT_POLICY := passive
 
-.PHONY: venv demo test test-slow lint clean distclean
+.PHONY: venv demo test test-slow gpu-check lint clean distclean
 
 venv: $(INSTALLED)
 
@@ -32,6 +32,9 @@ test: venv
 
 test-slow: venv
 	@OMP_NUM_THREADS=$${OMP_NUM_THREADS:-2} $(PYTHON) -m pytest
+
+gpu-check: venv  # on a machine with an NVIDIA GPU; half an hour; results in outputs/gpu_check
+	@$(PYTHON) -m hv_scripts.gpu_check
 
 clean:  # what was built; datasets and trainings in outputs/ are the user's
 	rm -rf build .pytest_cache .mypy_cache .ruff_cache *.egg-info

@@ -21,6 +21,7 @@ from hv_sim.humanoid import (
     configure_physics,
     standing_qpos,
 )
+from hv_sim.physics_backends import make_renderer
 from hv_sim.rendering import CameraRenderer
 from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
@@ -126,6 +127,58 @@ def benchmark_rendering(tasks: Sequence[Task], *, size_px: int = 128, num_frames
             bare.render()
         plain = num_frames / (time.perf_counter() - start)
     return {"frames_per_s": ours, "bare_frames_per_s": plain, "size_px": size_px}
+
+
+def benchmark_backend(
+    tasks: Sequence[Task], *, physics: str, num_envs: int, num_steps: int = 60, size_px: int = 128, num_threads: int = 0
+) -> dict[str, float]:
+    """Control steps/s of `RearrangeWorld` with observations, and pictures/s of the head cameras, on one engine.
+
+    Args:
+        tasks: repeated in turn over the environments.
+        physics: one of `hv_sim.physics_backends.BACKENDS`.
+        num_envs: environments stepped together.
+        num_steps: control steps that are timed, after ten that are not.
+        size_px: side of a picture.
+        num_threads: threads of `cpu`, 0 for one per core.
+
+    Returns:
+        `num_envs`, `control_steps_per_s`, `physics_steps_per_s` (the same without observations and instructor) and
+        `pictures_per_s`.
+
+    Raises:
+        ValueError: a number is below 1, or there is no such engine here.
+        hv_sim.gl_backend.GLError: `cpu`, and no OpenGL library can render off screen here.
+    """
+    for name, value in (("num_envs", num_envs), ("num_steps", num_steps), ("size_px", size_px)):
+        if value < 1:
+            raise ValueError(f"{name}: {value} is not valid; valid: an integer >= 1")
+    world = RearrangeWorld([tasks[i % len(tasks)] for i in range(num_envs)], physics=physics, num_threads=num_threads)
+    standing = torch.tensor(np.stack([s.initial_qpos[7:ROBOT_NQ] for s in world.scenes]), dtype=torch.float32)
+    for _ in range(10):
+        world.step(standing)
+    start = time.perf_counter()
+    for _ in range(num_steps):
+        world.step(standing)
+        world.observe()
+    between = time.perf_counter()
+    for _ in range(num_steps):
+        world.physics.step(standing)
+        world.physics.state()
+    after = time.perf_counter()
+    renderer = make_renderer(physics, size_px, size_px)
+    renderer.render_batch(world.physics)
+    begun = time.perf_counter()
+    renderer.render_batch(world.physics)
+    pictures_s = time.perf_counter() - begun
+    renderer.close()
+    steps = num_envs * num_steps
+    return {
+        "num_envs": num_envs,
+        "control_steps_per_s": steps / (between - start),
+        "physics_steps_per_s": steps / (after - between),
+        "pictures_per_s": num_envs / pictures_s,
+    }
 
 
 class LoneHumanoids:

@@ -11,11 +11,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from hv_sim.humanoid import BODY_NAMES, CONTROL_HZ, NUM_BODIES, ROBOT_NQ, ROBOT_NV
-from hv_sim.physics import PhysicsState
+from hv_sim.humanoid import CONTROL_HZ, ROBOT_NQ
+from hv_sim.physics import PhysicsState, contact_addresses, layout_of, merged, objects_in, state_of, substeps_of
 
 _VELOCITY_STAGE = int(mujoco.mjtStage.mjSTAGE_VEL)
-_ROBOT = slice(1, 1 + NUM_BODIES)
 _FIELDS = ("qpos", "qvel", "ctrl", "xpos", "xmat", "cvel", "subtree_com", "sensordata", "xfrc_applied")
 
 
@@ -26,7 +25,6 @@ class _Group:
     ids: np.ndarray
     batch: mujoco.batch.Batch
     models: list[mujoco.MjModel]
-    num_objects: int
     contact_address: np.ndarray
     view: dict[str, np.ndarray]
     pushed: bool = False
@@ -36,8 +34,8 @@ class MujocoPhysics:
     """`PhysicsBackend` on `mujoco.batch`: results are bit-identical whatever the batch's company or thread count.
 
     Args:
-        models: one compiled scene per simulation, robot first (`hv_sim.humanoid.add_humanoid`), then one free body per
-            object. The same model may appear many times. Scenes of different layout are stepped in separate batches.
+        models: one compiled scene per simulation. The same model may appear many times. Scenes of different layout are
+            stepped in separate batches.
         num_threads: 0 for one thread per core.
 
     Raises:
@@ -45,34 +43,19 @@ class MujocoPhysics:
     """
 
     def __init__(self, models: Sequence[mujoco.MjModel], *, control_hz: int = CONTROL_HZ, num_threads: int = 0) -> None:
-        if not models:
-            raise ValueError("models: empty; at least one scene is needed")
+        self._substeps = substeps_of(models, control_hz)
         self.num_envs = len(models)
         self._control_hz = control_hz
-        layouts: dict[tuple, list[int]] = {}
-        substeps = set()
+        layouts: dict[tuple[int, ...], list[int]] = {}
         for i, model in enumerate(models):
-            if model.nq < ROBOT_NQ or model.nbody <= NUM_BODIES or model.body(1).name != BODY_NAMES[0]:
-                raise ValueError(
-                    f"models[{i}]: does not begin with the humanoid's bodies {BODY_NAMES[0]}..{BODY_NAMES[-1]}"
-                )
-            exact = 1.0 / (control_hz * model.opt.timestep)
-            if abs(exact - round(exact)) > 1e-6 or round(exact) < 1:
-                raise ValueError(f"models[{i}].opt.timestep: {model.opt.timestep} does not divide 1/{control_hz} s")
-            substeps.add(round(exact))
-            layouts.setdefault(_layout(model), []).append(i)
-        if len(substeps) > 1:
-            raise ValueError(
-                f"models: physics rates differ within one batch: {sorted(substeps)} steps per control step"
-            )
-        self._substeps = substeps.pop()
+            layouts.setdefault(layout_of(model), []).append(i)
         self._groups = [_make_group([models[i] for i in ids], np.array(ids), num_threads) for ids in layouts.values()]
         self._group_of = np.empty(self.num_envs, dtype=np.int64)
         self._row_of = np.empty(self.num_envs, dtype=np.int64)
         for g, group in enumerate(self._groups):
             self._group_of[group.ids] = g
             self._row_of[group.ids] = np.arange(len(group.ids))
-        self.num_objects = max(g.num_objects for g in self._groups)
+        self.num_objects = max(objects_in(model) for model in models)
 
     def reset(
         self, ids: Sequence[int] | np.ndarray, qpos: Sequence[np.ndarray], qvel: Sequence[np.ndarray] | None = None
@@ -127,11 +110,8 @@ class MujocoPhysics:
             group.pushed = True
 
     def state(self) -> PhysicsState:
-        parts = [_group_state(g, self.num_objects) for g in self._groups]
-        if len(parts) == 1:
-            return PhysicsState(**parts[0])
-        order = torch.from_numpy(np.argsort(np.concatenate([g.ids for g in self._groups])))
-        return PhysicsState(**{k: torch.cat([p[k] for p in parts])[order] for k in parts[0]})
+        parts = [state_of(g.view, g.contact_address, self.num_objects) for g in self._groups]
+        return merged(parts, [g.ids for g in self._groups])
 
     def model(self, env: int) -> mujoco.MjModel:
         return self._groups[self._group_of[env]].models[self._row_of[env]]
@@ -144,71 +124,10 @@ class MujocoPhysics:
         return data
 
 
-def _layout(model: mujoco.MjModel) -> tuple:
-    names = (
-        "nq",
-        "nv",
-        "nu",
-        "na",
-        "nbody",
-        "njnt",
-        "ngeom",
-        "nsite",
-        "ncam",
-        "nlight",
-        "nsensordata",
-        "nmocap",
-        "nbvh",
-    )
-    return tuple(int(getattr(model, n)) for n in names)
-
-
 def _make_group(models: list[mujoco.MjModel], ids: np.ndarray, num_threads: int) -> _Group:
     # persistent: the next step goes on from the velocity stage computed here instead of doing it again (+20 % measured)
     batch = mujoco.batch.Batch(models[0], len(models), nthread=num_threads, persistent=True)
     if any(m is not models[0] for m in models):
         batch.set_models(models)
     view = {name: batch.bind(name) for name in _FIELDS}
-    num_objects = (models[0].nq - ROBOT_NQ) // 7
-    address = np.array([models[0].sensor(f"contact_{b}").adr[0] for b in BODY_NAMES])
-    return _Group(ids, batch, models, num_objects, address, view)
-
-
-def _group_state(group: _Group, num_objects: int) -> dict[str, Tensor]:
-    view, n, k = group.view, len(group.ids), group.num_objects
-    bodies = slice(1, 1 + NUM_BODIES + k)
-    pos = torch.from_numpy(view["xpos"][:, bodies].astype(np.float32))
-    rot = torch.from_numpy(view["xmat"][:, bodies].reshape(n, -1, 3, 3).astype(np.float32))
-    spatial = view["cvel"][:, bodies]
-    # cvel is the velocity of the point at the root's centre of mass, rotation first (MuJoCo, "mjData.cvel")
-    com = np.concatenate(
-        [
-            np.broadcast_to(view["subtree_com"][:, 1:2], (n, NUM_BODIES, 3)),
-            view["subtree_com"][:, 1 + NUM_BODIES : bodies.stop],
-        ],
-        1,
-    )
-    ang = spatial[..., :3]
-    lin = spatial[..., 3:] + np.cross(ang, view["xpos"][:, bodies] - com)
-    ang_t, lin_t = torch.from_numpy(ang.astype(np.float32)), torch.from_numpy(lin.astype(np.float32))
-
-    def objects(x: Tensor) -> Tensor:
-        x = x[:, NUM_BODIES:]
-        return x if k == num_objects else torch.cat([x, x.new_zeros(n, num_objects - k, *x.shape[2:])], 1)
-
-    found = view["sensordata"][:, group.contact_address] > 0
-    height = view["sensordata"][:, group.contact_address + 3]
-    return {
-        "link_pos_w": pos[:, :NUM_BODIES],
-        "link_rot_w": rot[:, :NUM_BODIES],
-        "link_lin_vel_w": lin_t[:, :NUM_BODIES],
-        "link_ang_vel_w": ang_t[:, :NUM_BODIES],
-        "joint_pos": torch.from_numpy(view["qpos"][:, 7:ROBOT_NQ].astype(np.float32)),
-        "joint_vel": torch.from_numpy(view["qvel"][:, 6:ROBOT_NV].astype(np.float32)),
-        "object_pos_w": objects(pos),
-        "object_rot_w": objects(rot),
-        "object_lin_vel_w": objects(lin_t),
-        "object_ang_vel_w": objects(ang_t),
-        "body_contact": torch.from_numpy(found),
-        "body_contact_height_m": torch.from_numpy(np.where(found, height, 0.0).astype(np.float32)),
-    }
+    return _Group(ids, batch, models, contact_addresses(models[0]), view)

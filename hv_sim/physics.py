@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import mujoco
 import numpy as np
+import torch
 from torch import Tensor
+
+from hv_sim.humanoid import BODY_NAMES, NUM_BODIES, ROBOT_NQ, ROBOT_NV
 
 
 @dataclass
@@ -35,7 +38,11 @@ class PhysicsState:
 
 
 class PhysicsBackend(Protocol):
-    """Many independent simulations, one scene each, that share nothing but the clock."""
+    """Many independent simulations, one scene each, that share nothing but the clock.
+
+    Every backend takes one compiled scene per simulation: robot first (`hv_sim.humanoid.add_humanoid`), then one free
+    body per object.
+    """
 
     num_envs: int
     num_objects: int
@@ -56,3 +63,98 @@ class PhysicsBackend(Protocol):
 
     def data(self, env: int, data: mujoco.MjData | None = None) -> mujoco.MjData:
         """The state of one simulation with its kinematics computed."""
+
+
+def substeps_of(models: Sequence[mujoco.MjModel], control_hz: int) -> int:
+    """Physics steps in a control step, after a check that the models can be stepped together.
+
+    Raises:
+        ValueError: there is no model, one does not begin with the humanoid, its time step does not divide the control
+            step, or the time steps differ.
+    """
+    if not models:
+        raise ValueError("models: empty; at least one scene is needed")
+    substeps = set()
+    for i, model in enumerate(models):
+        if model.nq < ROBOT_NQ or model.nbody <= NUM_BODIES or model.body(1).name != BODY_NAMES[0]:
+            bodies = f"{BODY_NAMES[0]}..{BODY_NAMES[-1]}"
+            raise ValueError(f"models[{i}]: does not begin with the humanoid's bodies {bodies}")
+        exact = 1.0 / (control_hz * model.opt.timestep)
+        if abs(exact - round(exact)) > 1e-6 or round(exact) < 1:
+            raise ValueError(f"models[{i}].opt.timestep: {model.opt.timestep} does not divide 1/{control_hz} s")
+        substeps.add(round(exact))
+    if len(substeps) > 1:
+        raise ValueError(f"models: physics rates differ within one batch: {sorted(substeps)} steps per control step")
+    return substeps.pop()
+
+
+def objects_in(model: mujoco.MjModel) -> int:
+    """K, how many movable objects a scene has."""
+    return (model.nq - ROBOT_NQ) // 7
+
+
+def contact_addresses(model: mujoco.MjModel) -> np.ndarray:
+    """(15,) where in `sensordata` each body's contact sensor begins."""
+    return np.array([model.sensor(f"contact_{b}").adr[0] for b in BODY_NAMES])
+
+
+def layout_of(model: mujoco.MjModel) -> tuple[int, ...]:
+    """What fixes the layout of a model's mjData: its sizes."""
+    names = "nq nv nu na nbody njnt ngeom nsite ncam nlight nsensordata nmocap nbvh"
+    return tuple(int(getattr(model, name)) for name in names.split())
+
+
+def state_of(view: Mapping[str, np.ndarray], contact_address: np.ndarray, num_objects: int) -> PhysicsState:
+    """The state of simulations of one layout, from MuJoCo's arrays at the velocity stage.
+
+    Args:
+        view: `qpos`, `qvel`, `xpos`, `xmat` (any shape of 9 numbers a body), `cvel`, `subtree_com`, `sensordata`; a row
+            per simulation.
+        contact_address: of that layout, see `contact_addresses`.
+        num_objects: rows for objects, at least as many as the layout has.
+    """
+    n, k = len(view["qpos"]), (view["qpos"].shape[1] - ROBOT_NQ) // 7
+    bodies = slice(1, 1 + NUM_BODIES + k)
+    pos = torch.from_numpy(view["xpos"][:, bodies].astype(np.float32))
+    rot = torch.from_numpy(view["xmat"][:, bodies].reshape(n, -1, 3, 3).astype(np.float32))
+    spatial = view["cvel"][:, bodies]
+    # cvel is the velocity of the point at the root's centre of mass, rotation first (MuJoCo, "mjData.cvel")
+    com = np.concatenate(
+        [
+            np.broadcast_to(view["subtree_com"][:, 1:2], (n, NUM_BODIES, 3)),
+            view["subtree_com"][:, 1 + NUM_BODIES : bodies.stop],
+        ],
+        1,
+    )
+    ang = spatial[..., :3]
+    lin = spatial[..., 3:] + np.cross(ang, view["xpos"][:, bodies] - com)
+    ang_t, lin_t = torch.from_numpy(ang.astype(np.float32)), torch.from_numpy(lin.astype(np.float32))
+
+    def objects(x: Tensor) -> Tensor:
+        x = x[:, NUM_BODIES:]
+        return x if k == num_objects else torch.cat([x, x.new_zeros(n, num_objects - k, *x.shape[2:])], 1)
+
+    found = view["sensordata"][:, contact_address] > 0
+    height = view["sensordata"][:, contact_address + 3]
+    return PhysicsState(
+        link_pos_w=pos[:, :NUM_BODIES],
+        link_rot_w=rot[:, :NUM_BODIES],
+        link_lin_vel_w=lin_t[:, :NUM_BODIES],
+        link_ang_vel_w=ang_t[:, :NUM_BODIES],
+        joint_pos=torch.from_numpy(view["qpos"][:, 7:ROBOT_NQ].astype(np.float32)),
+        joint_vel=torch.from_numpy(view["qvel"][:, 6:ROBOT_NV].astype(np.float32)),
+        object_pos_w=objects(pos),
+        object_rot_w=objects(rot),
+        object_lin_vel_w=objects(lin_t),
+        object_ang_vel_w=objects(ang_t),
+        body_contact=torch.from_numpy(found),
+        body_contact_height_m=torch.from_numpy(np.where(found, height, 0.0).astype(np.float32)),
+    )
+
+
+def merged(parts: Sequence[PhysicsState], ids: Sequence[np.ndarray]) -> PhysicsState:
+    """The states of groups of simulations as one, in the order of the simulations' numbers `ids`, one array a group."""
+    if len(parts) == 1:
+        return parts[0]
+    order = torch.from_numpy(np.argsort(np.concatenate(list(ids))))
+    return PhysicsState(**{k: torch.cat([getattr(p, k) for p in parts])[order] for k in vars(parts[0])})

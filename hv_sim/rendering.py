@@ -164,12 +164,13 @@ class StepCamera:
     """The head cameras of a world's environments: each picture is rendered at most once a control step.
 
     Args:
-        renderer: makes the pictures.
+        renderer: makes the pictures (`hv_sim.physics_backends.BatchRenderer`).
         physics: whose simulations are seen.
     """
 
-    def __init__(self, renderer: CameraRenderer, physics: PhysicsBackend) -> None:
+    def __init__(self, renderer: Any, physics: PhysicsBackend) -> None:
         self._renderer, self._physics = renderer, physics
+        self._one_by_one = isinstance(renderer, CameraRenderer)
         self._pictures: dict[int, np.ndarray] = {}
 
     def forget(self) -> None:
@@ -179,7 +180,8 @@ class StepCamera:
     def picture(self, env: int) -> np.ndarray:
         """(height, width, 3) uint8 of environment `env`."""
         if env not in self._pictures:
-            self._pictures[env] = self._renderer.render_batch(self._physics, [env])[0]
+            envs = [env] if self._one_by_one else range(self._physics.num_envs)  # others render all or none
+            self._pictures.update(zip(envs, self._renderer.render_batch(self._physics, envs), strict=True))
         return self._pictures[env]
 
 

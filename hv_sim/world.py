@@ -16,7 +16,6 @@ from torch import Tensor
 from hv_sim.humanoid import NUM_JOINTS, ROBOT_NQ
 from hv_sim.instructor import Instructor, InstructorConfig
 from hv_sim.metrics import EpisodeRecord, is_fallen, summarize
-from hv_sim.mujoco_physics import MujocoPhysics
 from hv_sim.navigation import Navigator
 from hv_sim.observations import (
     Heading,
@@ -27,6 +26,7 @@ from hv_sim.observations import (
     waypoint_observation,
 )
 from hv_sim.physics import PhysicsBackend, PhysicsState
+from hv_sim.physics_backends import make_physics
 from hv_sim.scene import Scene, compile_scene
 from hv_sim.task import Task
 
@@ -50,10 +50,10 @@ class RearrangeWorld:
         max_episode_steps: control steps before an episode is cut off (default: `STEPS_PER_SUBTASK` for each sub-task
             of the task that has most).
         num_threads: threads of the physics, 0 for one per core.
-        physics: another backend than `MujocoPhysics`; it must hold these tasks' scenes.
+        physics: one of `hv_sim.physics_backends.BACKENDS`.
 
     Raises:
-        ValueError: there is no task, or `max_episode_steps` is below 1.
+        ValueError: there is no task, `max_episode_steps` is below 1, or there is no such physics here.
         hv_sim.task.TaskError: a task is invalid.
     """
 
@@ -64,7 +64,7 @@ class RearrangeWorld:
         instructor: InstructorConfig | None = None,
         max_episode_steps: int | None = None,
         num_threads: int = 0,
-        physics: PhysicsBackend | None = None,
+        physics: str = "cpu",
     ) -> None:
         if not tasks:
             raise ValueError("tasks: empty; at least one task is needed")
@@ -74,7 +74,8 @@ class RearrangeWorld:
         self.num_envs = len(self.tasks)
         self.scenes = _compile_all(self.tasks)
         self.max_episode_steps = max_episode_steps or self.default_max_episode_steps(self.tasks)
-        self.physics = physics or MujocoPhysics([scene.model for scene in self.scenes], num_threads=num_threads)
+        models = [scene.model for scene in self.scenes]
+        self.physics: PhysicsBackend = make_physics(physics, models, num_threads=num_threads)
         num_subtasks = [len(task.subtasks) for task in self.tasks]
         self.instructor = Instructor(num_subtasks, instructor)
         self.navigator = Navigator(self.scenes)

@@ -2,14 +2,13 @@
 
 An episode follows from the task and a seed that follows from the evaluation's, the task's name and the repeat, in any
 company (`hv_teachers.episodes`). So the result depends on nothing else, and an interrupted evaluation goes on where it
-was.
+was. Many machines play a slice each into one folder that they share, and one of them then adds it all up.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import multiprocessing
 import os
 import platform
 import time
@@ -26,6 +25,7 @@ import numpy as np
 from hv_sim.instructor import InstructorConfig
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M, summarize
 from hv_sim.task import Task
+from hv_teachers.engines import Slice, check_engine, run_jobs
 from hv_teachers.episodes import FAILURES, Episode, EpisodeOutcome, film_episode, run_episodes, tasks_fingerprint
 from hv_teachers.evaluated_policies import load_evaluated_policy
 from hv_teachers.whole_files import write_whole
@@ -64,6 +64,8 @@ def evaluate(
     output: Path,
     *,
     workers: int = 0,
+    engine: str = "pool",
+    only: Slice | None = None,
     videos: Iterable[str] = (),
     film_typical: bool = False,
     on_episode: Callable[[EpisodeOutcome, int, int], None] | None = None,
@@ -75,22 +77,32 @@ def evaluate(
         tasks: their names must differ.
         output: folder; one that holds a part of the same evaluation is gone on with.
         workers: processes, 0 for one per core.
+        engine: see `hv_teachers.engines`.
+        only: play this slice of the episodes, write them down and return nothing ({}). The same call without it, when
+            all have ended, plays what is missing or damaged and adds everything up.
         videos: names of tasks whose first episodes are filmed.
         film_typical: play the best episode and one of every kind of failure once more and film them.
         on_episode: is told each outcome, how many there are by then, and how many there will be.
 
     Raises:
-        EvaluationError: the folder holds another evaluation.
-        ValueError: the policy cannot be loaded.
+        EvaluationError: the folder holds another evaluation, or two different outcomes of one episode.
+        ValueError: the policy cannot be loaded, or there is no such engine here.
     """
+    check_engine(engine)
     output = Path(output)
     policy = load_evaluated_policy(config.policy)
     plan = {
         **asdict(config), "tasks": tasks_fingerprint(list(tasks)), "n_tasks": len(tasks),
         "policy_hash": policy.fingerprint(),
     }  # fmt: skip
-    done = _begin(output, plan)
+    file = output / EPISODES_FILE if only is None else output / f"episodes.{only.index}-of-{only.of}.jsonl"
+    found = {(o.record.task, o.repeat): o for o in _begin(output, plan)}
     wanted = [(task, repeat) for repeat in range(config.repeats) for task in tasks]
+    if only is not None:
+        wanted = [episode for number, episode in enumerate(wanted) if number in only]
+    done = {key: found[key] for task, repeat in wanted if (key := (task.name, repeat)) in found}
+    # written anew: without what was damaged or cut short in the middle of a line
+    write_whole(file, "".join(o.to_json() + "\n" for o in done.values()))
     missing = [
         Episode(task, repeat, episode_seed(config.seed, task.name, repeat))
         for task, repeat in wanted
@@ -98,13 +110,17 @@ def evaluate(
     ]
     jobs = _jobs(missing, config, _num_processes(workers), 1 if policy.sees else BATCH, set(videos), output)
     started = time.time()
-    with (output / EPISODES_FILE).open("a", encoding="utf-8") as file:
-        for outcome in _play(jobs, config.policy, _num_processes(workers)):
+    with file.open("a", encoding="utf-8") as lines:
+        for outcome in _play(jobs, config.policy, workers, engine):
             done[(outcome.record.task, outcome.repeat)] = outcome
-            file.write(outcome.to_json() + "\n")
-            file.flush()
+            lines.write(outcome.to_json() + "\n")
+            lines.flush()
             if on_episode:
                 on_episode(outcome, len(done), len(wanted))
+    if only is not None:
+        return {}
+    for part in _slices(output):
+        part.unlink()
     seconds = round(time.time() - started, 1)
     outcomes = [done[(task.name, repeat)] for task, repeat in wanted]
     if film_typical:
@@ -114,7 +130,7 @@ def evaluate(
             for o in typical_outcomes(outcomes)
             if not video_path(output, o.record.task, o.repeat).exists()
         ]
-        again = _play([_Job((e,), config, output) for e in chosen], config.policy, _num_processes(workers))
+        again = _play([_Job((e,), config, output) for e in chosen], config.policy, workers, engine)
         for outcome in again:
             if outcome != done[(outcome.record.task, outcome.repeat)]:
                 raise EvaluationError(f"{output}: {outcome.record.task}: the film ends otherwise than the episode did")
@@ -188,24 +204,29 @@ def wilson_interval(successes: int, trials: int, z: float = 1.959964) -> list[fl
 
 
 def read_outcomes(folder: Path) -> list[EpisodeOutcome]:
-    """The episodes that an evaluation's folder holds, in the order in which they ended; a line cut short is left out.
+    """The episodes that an evaluation's folder holds, slices included; each once.
+
+    A line that is damaged, or was cut short, is left out.
 
     Raises:
-        EvaluationError: a line in the middle is damaged.
+        EvaluationError: two outcomes of one episode differ.
     """
-    file = folder / EPISODES_FILE
-    if not file.exists():
-        return []
-    lines = file.read_text(encoding="utf-8").splitlines()
-    found = []
-    for number, line in enumerate(lines, 1):
-        try:
-            found.append(EpisodeOutcome.from_json(line))
-        except (ValueError, KeyError, TypeError) as error:
-            if number == len(lines):
-                break
-            raise EvaluationError(f"{file}:{number}: not an episode ({error})") from None
-    return found
+    found: dict[tuple[str, int], EpisodeOutcome] = {}
+    for file in (folder / EPISODES_FILE, *_slices(folder)):
+        for line in file.read_text(encoding="utf-8", errors="replace").splitlines() if file.exists() else ():
+            try:
+                outcome = EpisodeOutcome.from_json(line)
+            except (ValueError, KeyError, TypeError):
+                continue
+            earlier = found.setdefault((outcome.record.task, outcome.repeat), outcome)
+            if earlier.to_json() != outcome.to_json():  # as text: what is not a number equals itself there
+                raise EvaluationError(f"{file}: {outcome.record.task} {outcome.repeat} ended otherwise before")
+    return list(found.values())
+
+
+def _slices(folder: Path) -> list[Path]:
+    """What other machines wrote down."""
+    return sorted(folder.glob("episodes.*-of-*.jsonl"))
 
 
 @dataclass(frozen=True)
@@ -237,8 +258,8 @@ def _num_processes(workers: int) -> int:
     return workers or os.cpu_count() or 1
 
 
-def _begin(output: Path, plan: dict[str, Any]) -> dict[tuple[str, int], EpisodeOutcome]:
-    """Makes the folder, or takes over what it holds."""
+def _begin(output: Path, plan: dict[str, Any]) -> list[EpisodeOutcome]:
+    """Makes the folder, or checks that it holds the same evaluation; returns what it holds."""
     output.mkdir(parents=True, exist_ok=True)
     file = output / PLAN_FILE
     if file.exists():
@@ -249,22 +270,14 @@ def _begin(output: Path, plan: dict[str, Any]) -> dict[tuple[str, int], EpisodeO
         for name, value in plan.items():
             if before.get(name) != value:
                 raise EvaluationError(f"{output}: holds an evaluation with {name}={before.get(name)!r}, not {value!r}")
-        found = read_outcomes(output)
-        # what was cut short in the middle of a line is written anew
-        text = "".join(o.to_json() + "\n" for o in found)
-        write_whole(output / EPISODES_FILE, text)
-        return {(o.record.task, o.repeat): o for o in found}
+        return read_outcomes(output)
     _write(file, plan)
-    return {}
+    return []
 
 
-def _play(jobs: list[_Job], policy: str, processes: int) -> Iterator[EpisodeOutcome]:
-    number = min(processes, len(jobs))
-    if number == 0:
-        return
-    with multiprocessing.get_context("spawn").Pool(number, initializer=_load, initargs=(policy,)) as pool:
-        for outcomes in pool.imap_unordered(_run, jobs):
-            yield from outcomes
+def _play(jobs: list[_Job], policy: str, workers: int, engine: str) -> Iterator[EpisodeOutcome]:
+    for outcomes in run_jobs(_run, jobs, workers=workers, engine=engine, prepare=_load, arguments=(policy,)):
+        yield from outcomes
 
 
 _POLICY: Any = None

@@ -26,6 +26,7 @@ from torch import Tensor
 from tqdm import tqdm
 
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M
+from hv_sim.physics_backends import check_backend, make_renderer
 from hv_sim.rendering import CameraRenderer, StepCamera
 from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
@@ -81,6 +82,10 @@ class RecordingConfig:
         end_when_fallen: an attempt ends a second after a fall; what follows teaches nothing.
         frame_stride: control steps from one frame to the next; the dataset then has 30 / frame_stride frames a second.
         drop_failed: leave out attempts in which not every object ends at its goal; they are still counted.
+        physics: one of `hv_sim.physics_backends.BACKENDS`; it also says who renders.
+
+    Raises:
+        ValueError: there is no such physics.
     """
 
     seed: int = 0
@@ -91,8 +96,12 @@ class RecordingConfig:
     end_when_fallen: bool = False
     frame_stride: int = 1
     drop_failed: bool = False
+    physics: str = "cpu"
 
     def __post_init__(self) -> None:
+        check_backend(self.physics)
+        if self.glances and self.physics != "cpu":
+            raise RecordingError(f"physics: {self.physics!r} is not valid with glances; valid: cpu")
         if not 0 <= self.beta <= 1:
             raise RecordingError(f"beta: {self.beta} is not valid; valid: 0 to 1")
         if self.frame_stride < 1 or FPS % self.frame_stride:
@@ -123,6 +132,10 @@ class RecordingReport:
     rollout_s: float = 0.0
     writing_s: float = 0.0
     checking_s: float = 0.0
+    damaged: int = 0
+    """Shards that were found damaged, and recorded again."""
+    doubled: int = 0
+    """Shards that held what others held, and were thrown away."""
 
     @property
     def num_failed(self) -> int:
@@ -290,11 +303,11 @@ def roll_attempts(
     """
     tasks = [task for task, _ in attempts]
     seeds = [attempt_seed(config.seed, task.name, repeat) for task, repeat in attempts]
-    world = RearrangeWorld(tasks, max_episode_steps=config.max_episode_steps)
+    world = RearrangeWorld(tasks, max_episode_steps=config.max_episode_steps, physics=config.physics)
     world.reset(seeds=seeds)
     expert = make_expert(len(attempts))
     expert.reset()
-    renderer = CameraRenderer(config.image_size_px, config.image_size_px)
+    renderer = make_renderer(config.physics, config.image_size_px, config.image_size_px)
     camera = StepCamera(renderer, world.physics)
     expert.see_through(camera)
     frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
@@ -422,6 +435,6 @@ def read_attempts(file: Path, config: RecordingConfig) -> list[Attempt]:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RecordingError(f"dataset {root}: cannot be resumed, {REPORT_FILE} is missing or damaged") from error
     for name, value in asdict(config).items():
-        if before.get(name) != value:
+        if before.get(name, getattr(RecordingConfig(), name)) != value:  # what is younger had its default then
             raise RecordingError(f"dataset {root}: was recorded with {name}={before.get(name)}, not {value}")
     return attempts

@@ -19,6 +19,7 @@ from hv_policy.motor.embodiment import CONTROL_DT_S
 from hv_policy.motor.prior import MotorPrior
 from hv_sim.instructor import InstructorConfig
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M
+from hv_sim.physics_backends import check_backend
 from hv_sim.task import Task
 from hv_sim.world import STEPS_PER_SUBTASK, RearrangeWorld
 from hv_teachers.planner import ScriptedPlanner
@@ -58,12 +59,15 @@ class TeacherEnvConfig:
     """An episode ends as soon as the planner would let go: no release stage (HumanVLA)."""
     end_when_fallen: bool = True
     num_threads: int = 0
+    physics: str = "cpu"
+    """`cpu` or `warp`, see `hv_sim.physics_backends`."""
     noise: SightNoiseConfig = field(default_factory=SightNoiseConfig)
     """Errors of what the networks see; the planner, who labels it, sees things as they are."""
 
     def __post_init__(self) -> None:
         if self.reward not in REWARDS:
             raise ValueError(f"env.reward: {self.reward!r} is not valid; valid: {', '.join(REWARDS)}")
+        check_backend(self.physics, "env.physics")
         for name in ("num_envs", "steps_per_subtask"):
             if getattr(self, name) < 1:
                 raise ValueError(f"env.{name}: {getattr(self, name)} is not valid; valid: an integer >= 1")
@@ -121,6 +125,7 @@ class TeacherEnv:
             instructor=config.instructor,
             max_episode_steps=config.steps_per_subtask * most,
             num_threads=config.num_threads,
+            physics=config.physics,
         )
         self.num_envs = self.world.num_envs
         self._max_steps = config.steps_per_subtask * self.world.instructor.num_subtasks

@@ -27,7 +27,7 @@ from hv_teachers.imitation import ImitationBuffer, Samples, imitation_loss
 from hv_teachers.mocap import motion_clips, wheel_motions
 from hv_teachers.style import MotionSet, record_motion_set
 from hv_teachers.teacher import Decision
-from hv_teachers.teacher_config import TeacherTrainingConfig, differences, plain
+from hv_teachers.teacher_config import TeacherTrainingConfig, differences, plain, training_config
 from hv_teachers.teacher_curve import TrainingCurve, episode_means
 from hv_teachers.teacher_env import Outcome, TeacherEnv
 from hv_teachers.teacher_ppo import build_ppo, network_of, observations
@@ -343,7 +343,8 @@ def _count(sums: dict[str, float], outcome: Outcome, env: TeacherEnv) -> None:
 
 def _check_same(config: TeacherTrainingConfig, path: Path) -> None:
     """Refuses to go on with another configuration; sample counts and threads may differ."""
-    theirs = yaml.safe_load(path.read_text(encoding="utf-8")) if path.exists() else {}
+    # a field that is younger than that training has its default there
+    theirs = plain(training_config(yaml.safe_load(path.read_text(encoding="utf-8")))) if path.exists() else {}
     free = {"dagger.samples", "ppo.samples", "env.num_threads", "checkpoint_every", "name"}
     other = [name for name in differences(plain(config), theirs) if name not in free]
     if other:

@@ -4,6 +4,9 @@
     hv-eval --policy=outputs/train/hv --suite=seen --repeats=3 --output outputs/eval/student
 
 Writes episodes.jsonl as it goes (give the same command again to go on) and metrics.json at the end.
+
+On many machines that share a file system, give each the same command and its own slice, --shard 0/16 to 15/16
+(configs/slurm/evaluate.sbatch). The same command without --shard then plays what is missing or damaged, and adds up.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
     os.environ["OMP_NUM_THREADS"] = "1"  # for the processes that play the episodes
     from hv_sim.gl_backend import GLError
     from hv_sim.task import TaskError, resolve_tasks
+    from hv_teachers.engines import Slice
     from hv_teachers.evaluation import METRICS_FILE, EvaluationConfig, EvaluationError, evaluate
 
     try:
@@ -39,6 +43,7 @@ def main(arguments: list[str] | None = None) -> int:
                 raise TaskError(f"--n-tasks: {options.n_tasks} is not valid; valid: 1 to {len(tasks)}")
             # spread evenly, so that a part has every kind of room
             tasks = [tasks[round(i * len(tasks) / options.n_tasks)] for i in range(options.n_tasks)]
+        only = Slice.parse(options.shard) if options.shard else None
         with tqdm(total=len(tasks) * options.repeats, desc=options.suite, unit="episode") as bar:
             placed: list[bool] = []
 
@@ -48,8 +53,8 @@ def main(arguments: list[str] | None = None) -> int:
                 bar.update(done - bar.n)
 
             metrics = evaluate(
-                config, tasks, options.output, workers=options.workers, videos=options.videos,
-                film_typical=options.film, on_episode=tell,
+                config, tasks, options.output, workers=options.workers, engine=options.engine, only=only,
+                videos=options.videos, film_typical=options.film, on_episode=tell,
             )  # fmt: skip
     except (TaskError, GLError, EvaluationError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
@@ -57,6 +62,9 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("error: interrupted; the same command goes on with it", file=sys.stderr)
         return 130
+    if only is not None:
+        print(f"slice {options.shard}: played; when every slice is, add up with the same command without --shard")
+        return 0
     print(_table(metrics))
     print(f"written: {options.output / METRICS_FILE}")
     return 0
@@ -107,6 +115,8 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--repeats", type=_positive, default=1, help="episodes of each task")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=_positive, default=0, help="processes (default: one a core)")
+    parser.add_argument("--engine", choices=("pool", "ray"), default="pool", help="who runs the processes")
+    parser.add_argument("--shard", metavar="I/N", help="play only this slice of the episodes")
     parser.add_argument("--max-episode-steps", type=_positive, help="control steps (30 a second) of an episode")
     parser.add_argument("--videos", nargs="*", default=[], metavar="TASK", help="names of tasks to film")
     parser.add_argument("--film", action="store_true", help="film the best episode and one of every kind of failure")

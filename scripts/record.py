@@ -5,6 +5,10 @@
 Tasks are names of packaged ones, prefixes of such names, or task files. A folder that exists is left alone unless
 --resume is given, which adds the attempts that it does not hold yet. A recording that was interrupted, even by
 kill -9, goes on where it was when the same command is given again.
+
+On many machines that share a file system, give each the same command and its own slice, --shard 0/16 to 15/16
+(configs/slurm/record.sbatch). The same command without --shard then checks the shards, records what is missing or
+damaged, and joins them.
 """
 
 import argparse
@@ -23,6 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
     from hv_sim.gl_backend import GLError
     from hv_sim.task import TaskError, resolve_tasks
     from hv_teachers.dataset_format import RecordingError
+    from hv_teachers.engines import Slice
     from hv_teachers.expert import expert_maker
     from hv_teachers.recording import RecordingConfig
     from hv_teachers.sharded_recording import record_shards
@@ -37,7 +42,9 @@ def main(arguments: list[str] | None = None) -> int:
             beta=options.beta,
             end_when_fallen=options.end_when_fallen,
             drop_failed=options.drop_failed,
+            physics=options.physics,
         )
+        only = Slice.parse(options.shard) if options.shard else None
         started = time.perf_counter()
         tasks = [task for name in options.tasks for task in resolve_tasks(name)]
         report = record_shards(
@@ -48,7 +55,9 @@ def main(arguments: list[str] | None = None) -> int:
             repeats=options.repeats,
             num_envs=options.num_envs,
             workers=options.workers,
+            engine=options.engine,
             resume=options.resume,
+            only=only,
         )
     except (RecordingError, TaskError, GLError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
@@ -56,6 +65,14 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("error: interrupted; the same command goes on with it", file=sys.stderr)
         return 130
+    if report.damaged or report.doubled:
+        print(f"shards thrown away: {report.damaged} damaged, {report.doubled} doubled; what they held is there again")
+    if only is not None:
+        print(
+            f"slice {options.shard}: {len(report.attempts)} attempts are recorded; when every slice is, join them with"
+            " the same command without --shard"
+        )
+        return 0
     dropped = len(report.attempts) - report.num_episodes
     speed = report.frames_recorded / (time.perf_counter() - started)
     rate = f", {speed:.0f} frames/s" if speed else ""
@@ -93,6 +110,9 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--num-envs", type=_positive, default=4, help="attempts that a process simulates side by side")
     parser.add_argument("--workers", type=_positive, default=0, help="processes (default: one a core)")
+    parser.add_argument("--engine", choices=("pool", "ray"), default="pool", help="who runs the processes")
+    parser.add_argument("--shard", metavar="I/N", help="record only this slice, and join nothing")
+    parser.add_argument("--physics", choices=("cpu", "warp"), default="cpu", help="engine and renderer")
     parser.add_argument("--drop-failed", action="store_true", help="leave out attempts that fail")
     parser.add_argument("--resume", action="store_true", help="add to a dataset that exists")
     return parser.parse_args(arguments)

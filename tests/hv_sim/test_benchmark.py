@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from hv_sim.benchmark import BareBatches, benchmark_rendering, benchmark_simulation
+from hv_sim.benchmark import BareBatches, benchmark_backend, benchmark_rendering, benchmark_simulation
 from hv_sim.humanoid import ROBOT_NQ
 from hv_sim.task import load_task
 from hv_sim.world import RearrangeWorld
@@ -40,6 +40,15 @@ def test_figures_of_a_small_run():
     pictures = benchmark_rendering([load_task("living_room_1")], size_px=16, num_frames=2)
     assert pictures["frames_per_s"] > 0
     assert pictures["bare_frames_per_s"] > 0
+
+
+def test_figures_of_an_engine():
+    settings = {"num_envs": 2, "num_steps": 2, "size_px": 16}
+    figures = benchmark_backend([load_task("living_room_1")], physics="cpu", num_threads=1, **settings)
+    assert figures.pop("num_envs") == 2
+    assert min(figures.values()) > 0
+    with pytest.raises(ValueError, match="num_steps: 0 is not valid"):
+        benchmark_backend([load_task("living_room_1")], physics="cpu", **(settings | {"num_steps": 0}))
 
 
 @pytest.mark.parametrize("name", ["num_envs", "num_steps", "rounds"])

@@ -15,7 +15,9 @@ from stand_still import StandStill
 
 from hv_sim.task import resolve_tasks
 from hv_teachers.dataset_format import RecordingError
+from hv_teachers.engines import Slice
 from hv_teachers.recording import REPORT_FILE, RecordingConfig, read_attempts, record_dataset
+from hv_teachers.sealed_folders import seal
 from hv_teachers.sharded_recording import _runs, record_shards
 
 CONFIG = RecordingConfig(seed=3, image_size_px=48, max_episode_steps=6)
@@ -62,6 +64,7 @@ def test_the_dataset_is_the_same_whatever_the_processes(tmp_path, tasks, whole, 
 def test_finished_shards_are_used_and_unfinished_ones_recorded_again(tmp_path, tasks, whole):
     root, folder = tmp_path / "standing", tmp_path / ".standing.shards"
     record_dataset(folder / "shard_000_00001", tasks[1:2], StandStill, CONFIG, repeats=[0])
+    seal(folder / "shard_000_00001")
     shutil.copytree(folder / "shard_000_00001", folder / ".shard_001_00000.partial-x" / "shard_001_00000")
     report = record_shards(root, tasks, StandStill, CONFIG, repeats=2, num_envs=2, workers=1)
     assert report.frames_recorded == 30, "one of six was there"
@@ -127,3 +130,28 @@ def test_runs_cover_what_is_missing_and_no_more():
     missing = [True, True, True, False, True, False, False, True, True]
     assert list(_runs(missing, 2)) == [(0, 2), (2, 1), (4, 1), (7, 2)]
     assert list(_runs([False] * 4, 2)) == []
+
+
+def test_slices_of_many_machines_are_joined_and_what_is_wrong_is_redone(tmp_path, tasks, whole):
+    """One slice is never recorded, one shard is damaged by a bit, one is there twice."""
+    root, folder = tmp_path / "standing", tmp_path / ".standing.shards"
+    settings = {"repeats": 2, "num_envs": 1, "workers": 1}
+    for index in (0, 1):
+        report = record_shards(root, tasks, StandStill, CONFIG, **settings, only=Slice(index, 3))
+        assert (len(report.attempts), report.frames_recorded) == (2, 12)
+    again = record_shards(root, tasks, StandStill, CONFIG, **settings, only=Slice(1, 3))
+    assert (len(again.attempts), again.frames_recorded) == (2, 0), "a slice is gone on with"
+    assert not root.exists()
+    shards = sorted(p.name for p in folder.glob("shard_*"))
+    assert shards == ["shard_000_00000", "shard_000_00001", "shard_001_00000", "shard_001_00001"]
+    file = next((folder / shards[0] / "data").rglob("*.parquet"))
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 1
+    file.write_bytes(data)
+    shutil.copytree(folder / shards[3], folder / "shard_001_00002")
+    with pytest.raises(RecordingError, match="num_envs=1, not 2"):
+        record_shards(root, tasks, StandStill, CONFIG, repeats=2, num_envs=2, workers=1, only=Slice(0, 3))
+    report = record_shards(root, tasks, StandStill, CONFIG, **settings)
+    assert (report.damaged, report.doubled, report.frames_recorded) == (1, 1, 18)
+    assert_same(root, whole)
+    assert not folder.exists()

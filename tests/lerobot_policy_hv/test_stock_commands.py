@@ -3,6 +3,8 @@
 import json
 import re
 import shutil
+import socket
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -99,6 +101,46 @@ def test_resumed_training_continues(run_folder: Path, tmp_path: Path):
     apart = sum(float((expected[key] - resumed[key]).abs().sum()) for key in expected)
     assert moved > 0
     assert apart < 1e-3 * moved
+
+
+@pytest.mark.slow
+def test_two_processes_train_one_student(dataset: Path, tmp_path: Path):
+    """Accelerate starts the stock trainer twice; gradients are shared, so there is one checkpoint, and it loads."""
+    folder = tmp_path / "run"
+    done = run_command(
+        "accelerate",
+        "launch",
+        "--multi_gpu",  # its launcher of many processes; --cpu starts one
+        "--num_processes=2",
+        "--num_machines=1",
+        "--mixed_precision=no",
+        "--dynamo_backend=no",
+        f"--main_process_port={free_port()}",
+        Path(sys.executable).with_name("lerobot-train"),
+        "--policy.type=hv",
+        *POLICY,
+        "--policy.image_size=64",
+        f"--dataset.repo_id={dataset.name}",
+        f"--dataset.root={dataset}",
+        f"--output_dir={folder}",
+        "--steps=2",
+        "--save_freq=2",
+        "--log_freq=1",
+        "--batch_size=4",
+        "--num_workers=0",
+        ACCELERATE_USE_CPU="true",
+    )
+    assert done.returncode == 0, done.stdout[-3000:]
+    assert "Effective batch size: 4 x 2 = 8" in done.stdout
+    assert len(re.findall(r"action_error:0\.\d+", done.stdout)) == 2, "one process speaks"
+    weights = load_file(checkpoint(folder, 2) / "model.safetensors")
+    assert all(value.isfinite().all() for value in weights.values())
+
+
+def free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
 
 
 def test_evaluation_runs_whatever_the_batch_size(run_folder: Path, tmp_path: Path):
