@@ -15,6 +15,7 @@ from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR
 from hv_sim.world import RearrangeWorld
 from hv_teachers.evaluated_policies import load_evaluated_policy
 from hv_teachers.expert import expert_maker
+from hv_teachers.knowledge import Knowledge
 from hv_teachers.teacher import TEACHER_FILES, WEIGHTS
 
 STUDENT_FOLDER = SHIPPED_MOTOR_PRIOR.parent / "student"
@@ -29,6 +30,10 @@ class Actor(Protocol):
     """It is told object and goal, not words: an instruction that cannot be grounded means nothing to it."""
     sees: bool
     """It needs the head camera's picture."""
+
+    @property
+    def knowledge(self) -> Knowledge | None:
+        """What it knew when it last acted; None where that cannot be said."""
 
     def reset(self) -> None:
         """Forgets everything; an episode begins, or this one is taken over."""
@@ -53,6 +58,10 @@ class PrivilegedActor:
     def __init__(self, name: str) -> None:
         self._expert = expert_maker(name)(1)
 
+    @property
+    def knowledge(self) -> Knowledge | None:
+        return self._expert.knowledge
+
     def reset(self) -> None:
         self._expert.reset()
 
@@ -65,6 +74,7 @@ class ReadingActor:
     """A LeRobot policy: it sees the head camera, feels its body and reads the instruction, through `select_action`."""
 
     needs_goal, sees = False, True
+    knowledge = None
 
     def __init__(self, folder: str) -> None:
         self._policy = load_evaluated_policy(folder)

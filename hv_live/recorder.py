@@ -25,6 +25,7 @@ from hv_teachers.dataset_format import (
     features,
     verify_dataset,
 )
+from hv_teachers.knowledge import Knowledge, no_knowledge
 from hv_teachers.recording import moved_into_place
 
 MAX_FRAMES = 30 * 60 * 30
@@ -69,8 +70,16 @@ class LiveRecorder:
         """No more frames are taken."""
         return self.num_frames >= MAX_FRAMES
 
-    def add(self, world: RearrangeWorld, picture: np.ndarray, intent: Tensor, targets: Tensor) -> None:
-        """One control step: what was seen, felt and told before it, and the servo targets (1, 28) in rad."""
+    def add(
+        self,
+        world: RearrangeWorld,
+        picture: np.ndarray,
+        intent: Tensor,
+        targets: Tensor,
+        knowledge: Knowledge | None = None,
+    ) -> None:
+        """One control step: what was seen, felt and told before it, the servo targets (1, 28) in rad, and what whoever
+        played knew; zeros where that cannot be said, which are no labels to a student."""
         observation = world.observe()
         vectors = {
             STATE: observation.proprioception,
@@ -81,6 +90,7 @@ class LiveRecorder:
             "privileged.half_extents": observation.half_extents,
             "privileged.intent": intent,
             "privileged.subtask_index": world.subtask_index[:, None],
+            **(no_knowledge(1) if knowledge is None else knowledge.columns()),
         }
         row = {key: value[0].float().cpu().numpy().copy() for key, value in vectors.items()}
         [instruction] = world.instructions()

@@ -150,7 +150,7 @@ class Simulation:
         if not bool(targets.isfinite().all()):
             raise ValueError(f"policy {self.policy}: its joint targets are not finite")
         if self.recorder is not None and picture is not None and not self.recorder.is_full:
-            self.recorder.add(world, picture, intent, targets)
+            self.recorder.add(world, picture, intent, targets, self._actor.knowledge)
         world.step(targets)
         if bool(world.finished[0]) and self.said[-1].status == "now":
             self._accept()

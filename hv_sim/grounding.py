@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from hv_sim.furniture import FURNITURE_KINDS
 from hv_sim.lexicon import (
     COLOR_WORDS,
+    EVERYDAY_WORDS,
     MOTION_WORDS,
     PLACE_WORDS,
     SIZE_WORDS,
@@ -147,6 +148,8 @@ def _relations() -> dict[str, str]:
     for vocabulary in (PLACE_WORDS, MOTION_WORDS):
         for relation, (seen, unseen) in vocabulary.items():
             found |= {phrase.replace("{}", "").strip(): relation for phrase in (*seen, *unseen)}
+    for relation, phrases in EVERYDAY_WORDS.items():
+        found |= {phrase.replace("{}", "").strip(): relation for phrase in phrases}
     for phrase in [p for p in found if p.startswith("on the ")]:  # "from the floor", "from the left side of"
         whole = found[phrase] in WITHOUT_LANDMARK
         found[phrase.replace("on", "from", 1) if whole else phrase.removeprefix("on ")] = found[phrase]

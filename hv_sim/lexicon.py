@@ -93,6 +93,22 @@ MOTION_WORDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 }
 """The same after verbs of motion."""
 
+EVERYDAY_WORDS: dict[str, tuple[str, ...]] = {
+    "left_of": ("to the left of {}", "on the left of {}", "left of {}"),
+    "right_of": ("to the right of {}", "on the right of {}", "right of {}"),
+    "in_front_of": ("in front of {}",),
+    "behind": ("behind {}", "at the back of {}"),
+    "on_left": ("onto the left of {}", "on the left end of {}"),
+    "on_right": ("onto the right of {}", "on the right end of {}"),
+    "on_middle": ("in the middle of {}", "in the centre of {}", "in the center of {}"),
+    "floor": ("on the ground", "onto the floor", "to the floor"),
+    "room_middle": (
+        *("in the middle of the room", "to the middle of the room", "in the centre of the room"),
+        *("to the centre of the room", "in the center of the room", "to the center of the room"),
+    ),
+}
+"""What people say too, and is understood; tasks are not written with it, it leaves more open than they may."""
+
 Look = tuple[str, str, tuple[float, float, float]]
 
 

@@ -1,6 +1,6 @@
 """DAgger rounds of a student through LeRobot's own tools: record, join, train on, measure; each part is done once.
 
-Round 0 is what the teacher does. In every later round the student of the round before acts, the teacher takes over in a
+Round 0 is what the teacher does, and glances round the same rooms. In every later round the student of the round before acts, the teacher takes over in a
 share beta ** round of the time and says at every state what should have been done. All rounds' recordings are
 joined and the stock `lerobot-train` goes on from the last checkpoint. What exists already in the folder is kept: after
 a kill the same call goes on with what is missing.
@@ -42,6 +42,7 @@ class DaggerRounds:
         steps: the same in each later round.
         beta: share of the time in which the teacher acts in round 1; its powers in the following ones.
         repeats: attempts of each task in every round.
+        glances: pictures of each task from random places besides (`hv_teachers.glances`), once.
         frame_stride: see `hv_teachers.recording.RecordingConfig`.
         num_envs: attempts that a process simulates side by side.
         eval_suite, eval_tasks: what the student is measured on after each round.
@@ -59,6 +60,7 @@ class DaggerRounds:
     steps: int = 5_000
     beta: float = 0.3
     repeats: int = 1
+    glances: int = 48
     frame_stride: int = 6
     num_envs: int = 32
     eval_suite: str = "seen"
@@ -68,7 +70,7 @@ class DaggerRounds:
     train: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name, least in (("rounds", 0), ("first_steps", 1), ("steps", 1), ("repeats", 1), ("eval_tasks", 1)):
+        for name, least in (("rounds", 0), ("first_steps", 1), ("steps", 1), ("repeats", 1), ("glances", 0), ("eval_tasks", 1)):
             if getattr(self, name) < least:
                 raise DaggerError(f"{name}: {getattr(self, name)} is not valid; valid: an integer >= {least}")
         if not 0 <= self.beta <= 1:
@@ -89,7 +91,7 @@ def run_rounds(folder: Path, config: DaggerRounds) -> list[dict[str, float]]:
     for number in range(config.rounds + 1):
         place = folder / f"round_{number}"
         place.mkdir(exist_ok=True)
-        recordings.append(_record(place, number, policy, config))
+        recordings += _record(place, number, policy, config)
         policy = _train(place, number, policy, _joined(place, recordings), config)
         metrics = _evaluate(place, policy, config)
         table.append({"round": number, **metrics})
@@ -107,16 +109,21 @@ def _same_or_new(file: Path, config: DaggerRounds) -> None:
     write_whole(file, json.dumps(wanted, indent=1) + "\n")
 
 
-def _record(place: Path, number: int, policy: Path | None, config: DaggerRounds) -> Path:
+def _record(place: Path, number: int, policy: Path | None, config: DaggerRounds) -> list[Path]:
+    """What is new in a round: attempts, and in the first one glances."""
     root = place / f"recording_{number}"
-    if not root.exists():
-        acting = ["--policy", "teacher"] if policy is None else ["--policy", policy, "--beta", config.beta**number]
-        _run(
-            place, "record", "--root", root, "--tasks", config.tasks, "--repeats", config.repeats,
-            "--seed", config.seed + 1000 * number, "--frame-stride", config.frame_stride, "--end-when-fallen",
-            "--num-envs", config.num_envs, "--workers", config.workers or _cores(), *acting,
-        )  # fmt: skip
-    return root
+    acting = ["--policy", "teacher"] if policy is None else ["--policy", policy, "--beta", config.beta**number]
+    kinds: list[tuple[Path, list[object]]] = [(root, [*acting, "--repeats", config.repeats, "--end-when-fallen"])]
+    if policy is None and config.glances:
+        kinds.append((place / "glances", ["--glances", config.glances]))
+    for folder, what in kinds:
+        if not folder.exists():
+            _run(
+                place, "record", "--root", folder, "--tasks", config.tasks, "--seed", config.seed + 1000 * number,
+                "--frame-stride", config.frame_stride, "--num-envs", config.num_envs,
+                "--workers", config.workers or _cores(), *what,
+            )  # fmt: skip
+    return [folder for folder, _ in kinds]
 
 
 def _joined(place: Path, recordings: Sequence[Path]) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import torch
 from torch import Tensor
 
 from hv_policy.belief.places import PLACES_DIM, WAY_DIM
@@ -37,3 +38,8 @@ class Knowledge:
         """`KNOWLEDGE_COLUMNS`, (N, size) each."""
         rows = (self.places, self.way, self.memory, self.phase[:, None].float())
         return dict(zip(KNOWLEDGE_COLUMNS, rows, strict=True))
+
+
+def no_knowledge(num: int) -> dict[str, Tensor]:
+    """`KNOWLEDGE_COLUMNS` of `num` environments where nobody can say: zeros."""
+    return {name: torch.zeros(num, size) for name, size in KNOWLEDGE_COLUMNS.items()}

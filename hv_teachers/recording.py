@@ -42,7 +42,7 @@ from hv_teachers.dataset_format import (
     verify_dataset,
 )
 from hv_teachers.glances import glance_around, no_action
-from hv_teachers.knowledge import KNOWLEDGE_COLUMNS, Knowledge
+from hv_teachers.knowledge import Knowledge, no_knowledge
 
 REPORT_FILE = "meta/hv_recording.json"
 
@@ -376,7 +376,7 @@ def _columns(
 ) -> dict[str, np.ndarray]:
     """`VECTOR_COLUMNS` of every environment, (N, size) float32 each."""
     observation = world.observe()
-    known = {} if knowledge is None else knowledge.columns()
+    known = no_knowledge(world.num_envs) if knowledge is None else knowledge.columns()
     vectors = {
         STATE: observation.proprioception,
         ACTION: joint_targets,
@@ -386,7 +386,7 @@ def _columns(
         "privileged.half_extents": observation.half_extents,
         "privileged.intent": intent,
         "privileged.subtask_index": world.subtask_index[:, None],
-        **{name: known.get(name, torch.zeros(world.num_envs, size)) for name, size in KNOWLEDGE_COLUMNS.items()},
+        **known,
     }
     return {key: value.float().cpu().numpy() for key, value in vectors.items()}
 

@@ -31,17 +31,20 @@ class BeliefConfig:
 
     Args:
         look_every: control steps from one picture that is looked at to the next.
-        correlation: pictures that follow each other err alike: the variance of one counts so many times.
+        correlation: pictures that follow each other err alike: the variance of one counts so many times,
+        looks: and however many there are of them, together they tell no more than so many that do not.
         drift: error of odometry, m for each m.
-        searching_m: an object or goal that is less certain than this is looked for by turning round.
+        searching: an object or goal is looked for by turning round if its squashed deviation is larger than this; far
+            away that is the deviation as a share of the distance.
         search_rad: how far the robot turns for that at most, for one instruction; then it goes by its best guess.
         unrest: deviation by which everything may change in one control step, m.
         doubt: deviation of an object that was lost, m.
     """
 
     look_every: int = 3
-    correlation: float = 4.0
-    searching_m: float = 0.9
+    correlation: float = 3.0
+    looks: float = 2.0
+    searching: float = 0.8
     search_rad: float = 7.0
     drift: float = 0.03
     unrest: float = 0.003
@@ -107,11 +110,13 @@ class Belief:
         (n, 21), m."""
         seen = to_frame(places_h, self.pose[ids])
         squared = spread_h * spread_h
-        noise = torch.stack([squared[:, g].mean(1) for g in GROUPS], 1) * self.config.correlation
+        noise = torch.stack([squared[:, g].mean(1) for g in GROUPS], 1)
         places, variance = self.places[ids], self.variance[ids]
-        gain = variance / (variance + noise)
+        gain = variance / (variance + self.config.correlation * noise)
+        # a hundred pictures of an empty wall are one picture of an empty wall
+        certain = torch.maximum((1 - gain) * variance, torch.minimum(variance, noise / self.config.looks))
         self.places = self.places.index_copy(0, ids, places + gain[:, _GROUP_OF.to(gain.device)] * (seen - places))
-        self.variance = self.variance.index_copy(0, ids, (1 - gain) * variance)
+        self.variance = self.variance.index_copy(0, ids, certain)
 
     def now(self) -> tuple[Tensor, Tensor]:
         """(N, 21) the places in the present heading frame, and (N, 21) the logarithm of their squashed deviation."""

@@ -33,6 +33,22 @@ def pixel_rays(grid: int) -> Tensor:
     return torch.nn.functional.normalize(rays.flatten(0, 1), dim=-1)
 
 
+def project(body: BodyState, points_h: Tensor) -> tuple[Tensor, Tensor]:
+    """Where points are in the picture, and whether they are: (N, P, 2) right and down from its middle in halves of its
+    width, and (N, P) bool.
+
+    Args:
+        body: of the robot.
+        points_h: (N, P, 3), heading frame with its origin on the floor.
+    """
+    local = (points_h - camera_position(body)[:, None]) @ body.rot[:, _HEAD]
+    c, s = math.cos(CAMERA_TILT_RAD), math.sin(CAMERA_TILT_RAD)
+    depth = c * local[..., 0] - s * local[..., 2]
+    down = -(s * local[..., 0] + c * local[..., 2])
+    at = torch.stack([-local[..., 1], down], -1) / depth.clamp(min=1e-3)[..., None]
+    return at, (depth > 1e-3) & (at.abs() < 1).all(-1)
+
+
 def camera_position(body: BodyState) -> Tensor:
     """(N, 3) of the camera, heading frame with its origin on the floor."""
     offset = body.pos.new_tensor(CAMERA_POSITION_M)

@@ -11,8 +11,18 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from hv_policy.belief.camera import RAY_DIM, pixel_rays, ray_features
-from hv_policy.belief.places import FLAGS, PLACES_DIM, WAY_DIM, squash, squash_waypoint
+from hv_policy.belief.camera import RAY_DIM, pixel_rays, project, ray_features
+from hv_policy.belief.places import (
+    FLAGS,
+    GOAL,
+    OBJECT,
+    PICK,
+    PLACE,
+    PLACES_DIM,
+    WAY_DIM,
+    squash,
+    squash_waypoint,
+)  # fmt: skip
 from hv_policy.configuration_hv import PerceptionSize
 from hv_policy.decision.memory import NUM_PHASES
 from hv_policy.fusion import FusionLayer
@@ -21,6 +31,9 @@ from hv_policy.motor.proprioception import read_proprioception
 from hv_policy.text_encoder import TextEncoder
 
 LEAST_LOG_SPREAD, MOST_LOG_SPREAD = math.log(0.01), math.log(5.0)
+NUM_POINTED = 4
+"""Queries that are told which part of the picture to point at: object, goal, and the places to stand for either."""
+_BLUR, _POINTING_WEIGHT = 0.6, 0.05
 BELIEF_DIM = 2 * PLACES_DIM + NUM_PHASES + 2
 
 
@@ -31,6 +44,7 @@ class Measurement:
     places: Tensor  # (B, 21)
     log_spread: Tensor  # (B, 21) logarithm of the deviation
     impression: Tensor  # (B, hidden), for `Perception.way`
+    pointing: Tensor  # (B, NUM_POINTED, 1 + tokens) log-probabilities: not in the picture, or in this part of it
 
 
 class Perception(nn.Module):
@@ -61,9 +75,9 @@ class Perception(nn.Module):
         self.state = nn.Sequential(nn.Linear(state_size, 2 * dim), nn.GELU(), nn.Linear(2 * dim, dim))
         self.queries = nn.Parameter(torch.randn(size.queries, dim) * 0.5)
         self.fusion = nn.ModuleList(FusionLayer(dim, size.heads) for _ in range(size.fusion_layers))
-        self.point_query, self.point_key = nn.Linear(dim, dim), nn.Linear(dim, dim)
+        self.point_query, self.point_key, self.nowhere = nn.Linear(dim, dim), nn.Linear(dim, dim), nn.Linear(dim, 1)
         self.join = nn.Sequential(
-            nn.Linear(size.queries * (dim + RAY_DIM), size.hidden),
+            nn.Linear(size.queries * (2 * dim + RAY_DIM + 1), size.hidden),
             nn.GELU(),
             nn.Linear(size.hidden, size.hidden),
             nn.GELU(),
@@ -97,11 +111,14 @@ class Perception(nn.Module):
         queries = self.queries.expand(len(tokens), -1, -1)
         for layer in self.fusion:
             queries = layer(queries, words, is_word, tokens, None)
-        scores = self.point_query(queries) @ self.point_key(tokens).transpose(1, 2)
-        pointed = (scores / tokens.shape[-1] ** 0.5).softmax(-1) @ rays
-        impression = self.join(torch.cat([queries, pointed], -1).flatten(1))
+        scores = self.point_query(queries) @ self.point_key(tokens).transpose(1, 2) / tokens.shape[-1] ** 0.5
+        pointing = torch.cat([self.nowhere(queries), scores], -1).log_softmax(-1)
+        there = pointing.exp()
+        found = there[..., 1:] @ torch.cat([tokens, rays], -1)
+        impression = self.join(torch.cat([queries, found, there[..., :1]], -1).flatten(1))
         places, log_spread = self.measure(impression).chunk(2, -1)
-        return Measurement(places, log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD), impression)
+        spread = log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD)
+        return Measurement(places, spread, impression, pointing[:, :NUM_POINTED])
 
     def feel(self, state: Tensor) -> Tensor:
         """(B, dim) of the proprioception (B, 223)."""
@@ -147,6 +164,31 @@ def measurement_loss(seen: Measurement, places_h: Tensor) -> Tensor:
     # Laplace far from the middle, normal near it: a few places that cannot be known must not decide
     likely = torch.where(error < 2 * spread, 0.5 * (error / spread) ** 2, 2 * error / spread - 2) + seen.log_spread
     return (likely * spread.detach()).mean(1)
+
+
+def pointing_loss(seen: Measurement, state: Tensor, places_h: Tensor) -> Tensor:
+    """(B,) cross-entropy of where the queries point, against where the true places (B, 21) are in the picture.
+
+    That is what finds things by their names: from the error of a place alone a network learns far more slowly what to
+    look at.
+
+    Args:
+        seen: what the pictures say.
+        state: (B, 223) proprioception, for the pose of the camera.
+        places_h: (B, 21), heading frame.
+    """
+    floor = torch.zeros_like(places_h[:, :1])
+    stands = [torch.cat([places_h[:, place], floor], 1) for place in (PICK, PLACE)]
+    points = torch.stack([places_h[:, OBJECT], places_h[:, GOAL], *stands], 1)
+    at, visible = project(read_proprioception(state), points)
+    grid = round((seen.pointing.shape[-1] - 1) ** 0.5)
+    cells = torch.arange(grid, device=state.device) + 0.5
+    away = (cells - ((at + 1) * grid / 2)[..., None]) / _BLUR  # (B, 4, 2, grid)
+    right, down = torch.exp(-0.5 * away * away).unbind(2)
+    wanted = (down[..., :, None] * right[..., None, :]).flatten(2)
+    wanted = wanted / wanted.sum(-1, keepdim=True).clamp(min=1e-9) * visible[..., None]
+    wanted = torch.cat([~visible[..., None], wanted], -1)
+    return -_POINTING_WEIGHT * (wanted * seen.pointing).sum(-1).mean(1)
 
 
 def way_loss(predicted: Tensor, way: Tensor) -> Tensor:

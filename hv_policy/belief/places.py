@@ -36,8 +36,6 @@ GROUPS = (
     PICK, PICK_TURN, PLACE, PLACE_TURN, DEPTH,
 )  # fmt: skip
 """Numbers that are equally uncertain, whichever way the robot has turned."""
-OBJECT_GROUP, GOAL_GROUP = 0, 2
-"""Which of them say where the object and its goal are in the room."""
 _POINTS = (slice(0, 2), slice(3, 5), PICK, PLACE)
 _DIRECTIONS = (slice(6, 8), slice(9, 11), PICK_TURN, PLACE_TURN)
 

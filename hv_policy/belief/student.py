@@ -15,16 +15,15 @@ from hv_policy.belief.perception import (
     Perception,
     belief_features,
     measurement_loss,
+    pointing_loss,
     way_loss,
 )
 from hv_policy.belief.places import (
     AWAY,
     FLAGS,
     GOAL,
-    GOAL_GROUP,
     IS_LAST,
     OBJECT,
-    OBJECT_GROUP,
     PICK,
     PLACE,
     PRIOR_SPREAD,
@@ -89,12 +88,15 @@ class BeliefNetwork(nn.Module):
         features = belief_features(believed, log_spread, memory[:, 0].long(), memory[:, 1])
         predicted = self.perception.way(seen, state, features)
         seeing, going = measurement_loss(seen, places), way_loss(predicted, way)
+        pointing = pointing_loss(seen, state, places)
+        labelled = (places != 0).any(1)  # frames without labels hold zeros
         with torch.no_grad():
             error = (unsquash(seen.places) - places).abs()
             near = places[:, :2].norm(dim=-1) < 1.5
             figures = {
                 "seeing_loss": seeing.mean().item(),
                 "way_loss": going.mean().item(),
+                "pointing_loss": pointing.mean().item(),
                 "object_error_m": _median(error[:, OBJECT][:, :2].norm(dim=1)),
                 "near_object_error_m": _median(error[near][:, OBJECT][:, :2].norm(dim=1)),
                 "goal_error_m": _median(error[:, GOAL][:, :2].norm(dim=1)),
@@ -102,7 +104,7 @@ class BeliefNetwork(nn.Module):
                 "waypoint_error_m": _median((unsquash_waypoint(predicted[:, WAYPOINT]) - way[:, WAYPOINT]).norm(dim=1)),
                 "flags_wrong": ((predicted[:, FLAGS] > 0) != (way[:, FLAGS] > 0.5)).float().mean().item(),
             }
-        return seeing + going, figures
+        return (seeing + going + pointing) * labelled, figures
 
 
 @dataclass
@@ -205,9 +207,9 @@ class Following:
         """(N, 14) the intent; but where it is not known where the object or, once that is carried, its goal is, the
         robot turns round on the spot, and remembers what it did before (`remembered`)."""
         c, phase = self.belief.config, remembered.phase
-        spread = self.belief.variance.sqrt()
+        spread = self.belief.now()[1].exp()
         to_object, carries = phase <= Phase.ALIGN, phase == Phase.CARRY
-        unknown = torch.where(carries, spread[:, GOAL_GROUP], spread[:, OBJECT_GROUP]) > c.searching_m
+        unknown = torch.where(carries, spread[:, GOAL.start], spread[:, OBJECT.start]) > c.searching
         searches = (to_object | carries) & unknown & (self.searched_rad < c.search_rad)
         if not bool(searches.any()):
             return intent

@@ -5,6 +5,8 @@ from torch import Tensor
 
 
 class SpyActor:
+    knowledge = None
+
     def __init__(self, needs_goal: bool = False, sees: bool = False):
         self.needs_goal, self.sees = needs_goal, sees
         self.told: list[str] = []

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import torch
 
-from hv_policy.belief.camera import PLANES_M, camera_position, pixel_rays, ray_features
+from hv_policy.belief.camera import PLANES_M, camera_position, pixel_rays, project, ray_features
 from hv_policy.motor.proprioception import read_proprioception
 from hv_sim.observations import proprioception
 from hv_sim.suites import load_suite
@@ -47,3 +47,18 @@ def test_camera_stands_and_looks_where_mujocos_does():
                 if hits:
                     point = expected[:2] + ray[:2] * reach
                     np.testing.assert_allclose(0.5 * np.sinh([u, v]), point, atol=1e-2, rtol=1e-3)
+
+
+def test_a_point_is_where_its_ray_is():
+    _, _, state = looking_robot()
+    body, grid = read_proprioception(state), 6
+    rays = pixel_rays(grid)
+    direction = ray_features(body, rays)[:, :, :3]
+    points = camera_position(body)[:, None] + 1.7 * direction
+    at, visible = project(body, points)
+    assert visible.all()
+    cells = (torch.arange(grid) + 0.5) / grid * 2 - 1
+    down, right = torch.meshgrid(cells, cells, indexing="ij")
+    torch.testing.assert_close(at[0], torch.stack([right, down], -1).flatten(0, 1), atol=1e-4, rtol=1e-4)
+    behind = camera_position(body)[:, None] - 1.7 * direction
+    assert not project(body, behind)[1].any()
