@@ -276,6 +276,7 @@ class Following:
         lost = self.memory.advance(phase, view)
         if bool(lost.any()):
             self.belief.doubt(lost.nonzero()[:, 0])
+            self.searched_rad = self.searched_rad * ~lost  # it may look for it again
         vector = self.memory.vector(view)
         action = decision(sights, hand_anchors(view, vector), geometry, vector)
         self.memory.tick()

@@ -64,7 +64,7 @@ def test_odometry_keeps_count_of_a_real_walk():
 
 
 def test_the_filter_weighs_as_kalmans_equations_say():
-    config = BeliefConfig(correlation=1.0)
+    config = BeliefConfig(correlation=1.0, looks=1e9)
     belief, mean, variance = Belief(1, config), 0.0, UNKNOWN
     generator = torch.Generator().manual_seed(0)
     for spread in (0.5, 0.1, 0.3):
@@ -74,6 +74,21 @@ def test_the_filter_weighs_as_kalmans_equations_say():
         mean, variance = mean + gain * (float(measured[0, 2]) - mean), (1 - gain) * variance
         assert abs(float(belief.places[0, 2]) - mean) < 1e-4
         torch.testing.assert_close(belief.variance[0], torch.full((len(GROUPS),), variance), atol=1e-5, rtol=1e-3)
+
+
+def test_a_hundred_pictures_of_an_empty_wall_are_two():
+    belief, one = Belief(1, BeliefConfig(looks=2.0)), torch.tensor([0])
+    wall, sight = torch.full((1, PLACES_DIM), 1.5), torch.full((1, PLACES_DIM), 0.05)
+    nowhere, there = torch.zeros(1, PLACES_DIM), torch.full((1, PLACES_DIM), 3.0)
+    for _ in range(100):
+        belief.measure(one, nowhere, wall)
+    assert float(belief.variance.min()) >= 1.5**2 / 2 - 1e-4
+    belief.measure(one, there, sight)
+    assert float((belief.places - there).abs().max()) < 0.1  # one sight of it outweighs them all
+    for _ in range(20):
+        belief.measure(one, nowhere, wall)
+    assert float((belief.places - there).abs().max()) < 0.2  # and is not forgotten
+    assert float(belief.variance.max()) < 0.1**2
 
 
 def test_what_is_carried_goes_where_the_hands_go():
