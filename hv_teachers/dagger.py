@@ -1,9 +1,9 @@
 """DAgger rounds of a student through LeRobot's own tools: record, join, train on, measure; each part is done once.
 
-Round 0 is what the teacher does, and glances round the same rooms. In every later round the student of the round before acts, the teacher takes over in a
-share beta ** round of the time and says at every state what should have been done. All rounds' recordings are
-joined and the stock `lerobot-train` goes on from the last checkpoint. What exists already in the folder is kept: after
-a kill the same call goes on with what is missing.
+Round 0 is what the teacher does, and glances round the same rooms. In every later round the student of the round
+before acts, the teacher takes over in a share beta ** round of the time and says at every state what should have been
+done. All rounds' recordings are joined and the stock `lerobot-train` goes on from the last checkpoint. What exists
+already in the folder is kept: after a kill the same call goes on with what is missing.
 """
 
 from __future__ import annotations
@@ -70,7 +70,8 @@ class DaggerRounds:
     train: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name, least in (("rounds", 0), ("first_steps", 1), ("steps", 1), ("repeats", 1), ("glances", 0), ("eval_tasks", 1)):
+        lowest = {"rounds": 0, "first_steps": 1, "steps": 1, "repeats": 1, "glances": 0, "eval_tasks": 1}
+        for name, least in lowest.items():
             if getattr(self, name) < least:
                 raise DaggerError(f"{name}: {getattr(self, name)} is not valid; valid: an integer >= {least}")
         if not 0 <= self.beta <= 1:

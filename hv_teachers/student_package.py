@@ -68,10 +68,10 @@ def model_card(config: Mapping[str, Any], measured: Mapping[str, Mapping[str, An
         _FRONT,
         "# hv student",
         "",
-        f"Head camera ({config['image_size']} px), an English instruction and proprioception in, 28 joint targets out, 30 "
-        "times a second, for the simulated humanoid of `hv_sim`. It sees where the object, its goal and the places to stand "
-        "are, keeps a belief about them, decides on an intent, and a motor prior does it (`docs/student.md`). Nothing that "
-        "only the simulator knows reaches it.",
+        f"Head camera ({config['image_size']} px), an English instruction and proprioception in, 28 joint targets "
+        "out, 30 times a second, for the simulated humanoid of `hv_sim`. It sees where the object, its goal and the "
+        "places to stand are, keeps a belief about them, decides on an intent, and a motor prior does it "
+        "(`docs/student.md`). Nothing that only the simulator knows reaches it.",
         "",
         "    lerobot-eval --policy.path=$(hv-checkpoint student) --env.type=hv_sim --env.task=unseen",
         "",
@@ -79,8 +79,8 @@ def model_card(config: Mapping[str, Any], measured: Mapping[str, Mapping[str, An
         "|---|---|---|---|---|---|---|---|---|",
         *rows,
         "",
-        "Unassisted, judged at the end of the episode; `hv-eval --policy=$(hv-checkpoint student) --suite=SUITE` with these "
-        "seeds gives the same figures.",
+        "Unassisted, judged at the end of the episode; `hv-eval --policy=$(hv-checkpoint student) --suite=SUITE` with "
+        "these seeds gives the same figures.",
         "",
         "## Trained by",
         "",
