@@ -95,9 +95,9 @@ class CorrectedStudent:
         following, senses = self._following, self._senses
         following.hear(instructions)
         state = world.observe().proprioception
-        before = following.memory.phase.clone()
-        intent, targets = self._corrections(world, following, senses, state)
-        decided = self._decide(world, following, state, instructions)
+        before = following.memory.clone()
+        decided = self._decide(world, following, state, instructions)  # its odometry is up to date from here on
+        intent, targets = self._corrections(world, following, before, senses, state)
         if self._beta > 0:
             leads = teacher_leads(world.episode_seed, world.episode_step.tolist(), self._beta)
             decided = torch.where(leads[:, None], intent, decided)
@@ -106,14 +106,14 @@ class CorrectedStudent:
                 leads, following.memory
             )
         self.executed = following.prior(state, decided)
-        senses.lost = (following.memory.phase == Phase.APPROACH) & (before >= Phase.LIFT)
+        senses.lost = (following.memory.phase == Phase.APPROACH) & (before.phase >= Phase.LIFT)
         return intent, targets
 
     def _corrections(
-        self, world: RearrangeWorld, following: Following, senses: TeacherSenses, state: Tensor
+        self, world: RearrangeWorld, following: Following, before: TaskMemory, senses: TeacherSenses, state: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """What the teacher would do now, with the student's memory and gait."""
-        memory = _moved(following.memory, following.belief.pose, _true_pose(world))
+        """What the teacher would do now, with the memory that the student had `before` it decided, and its gait."""
+        memory = _moved(before, following.belief.pose, _true_pose(world))
         senses.memory = memory.clone()
         seen = senses.look(world)
         senses.memory = memory  # a new route does not change what the student remembers

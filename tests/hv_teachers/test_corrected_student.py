@@ -37,10 +37,10 @@ def test_with_the_teacher_in_the_lead_all_the_time_it_is_the_teacher(folder):
     config = RecordingConfig(seed=3, image_size_px=64, max_episode_steps=45, beta=1.0)
     [(_, led)] = roll(folder, 1.0, [(TASKS[0], 0)], config)
     [(_, taught)] = roll_attempts([(TASKS[0], 0)], lambda n: TeacherExpert(n), config)
-    for step, (a, b) in enumerate(zip(led, taught, strict=True)):
-        close = 1e-3 if step < 10 else 2e-2  # its memory is carried by odometry: rounding grows, step by step
-        for column in ("observation.state", "action", "privileged.places"):
-            np.testing.assert_allclose(a[column], b[column], atol=close, rtol=1e-3)
+    for a, b in zip(led, taught, strict=True):  # what is not remembered yet lies elsewhere, and weighs a little
+        np.testing.assert_allclose(a["action"], b["action"], atol=2e-2)
+        np.testing.assert_allclose(a["privileged.places"], b["privileged.places"], atol=2e-2)
+        np.testing.assert_array_equal(a["privileged.phase"], b["privileged.phase"])
 
 
 def test_the_student_goes_its_own_way_and_the_labels_tell_the_truth(folder):
