@@ -6,6 +6,7 @@ import contextlib
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from datasets.utils.logging import disable_progress_bar
@@ -18,6 +19,7 @@ from hv_teachers.dataset_format import (
     ACTION,
     FPS,
     HEAD_IMAGE,
+    LANDMARKS,
     STATE,
     FrameDigest,
     RecordingError,
@@ -26,6 +28,7 @@ from hv_teachers.dataset_format import (
     verify_dataset,
 )
 from hv_teachers.knowledge import Knowledge, no_knowledge
+from hv_teachers.landmark_labels import NO_LANDMARKS
 from hv_teachers.recording import moved_into_place
 
 MAX_FRAMES = 30 * 60 * 30
@@ -92,7 +95,8 @@ class LiveRecorder:
             "privileged.subtask_index": world.subtask_index[:, None],
             **(no_knowledge(1) if knowledge is None else knowledge.columns()),
         }
-        row = {key: value[0].float().cpu().numpy().copy() for key, value in vectors.items()}
+        row: dict[str, Any] = {key: value[0].float().cpu().numpy().copy() for key, value in vectors.items()}
+        row[LANDMARKS] = NO_LANDMARKS
         [instruction] = world.instructions()
         self._episode.append(digest(picture, row, instruction))
         self._dataset.add_frame({HEAD_IMAGE: picture.copy(), **row, "task": instruction})

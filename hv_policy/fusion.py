@@ -21,6 +21,14 @@ class FusionLayer(nn.Module):
         return queries + self.think(queries)
 
 
+    def of_each(self, queries: Tensor, words: Tensor, is_word: Tensor, sights: Tensor) -> Tensor:
+        """The same where every query has words of its own: queries (B, J, dim), words (B * J, L, dim)."""
+        alone = queries.flatten(0, 1)[:, None]
+        queries = (alone + self.read(alone, words, is_word)).view_as(queries)
+        queries = queries + self.look(queries, sights, None)
+        return queries + self.think(queries)
+
+
 class CrossAttention(nn.Module):
     """Multi-head attention of queries (B, Q, dim) to tokens (B, K, dim) where `exists` (B, K) holds."""
 

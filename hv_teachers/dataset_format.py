@@ -34,6 +34,9 @@ VECTOR_COLUMNS: dict[str, int] = {
     **KNOWLEDGE_COLUMNS,
 }
 
+LANDMARKS = "privileged.landmarks"
+"""Names of things and spots and where they are, JSON (`hv_teachers.landmark_labels`)."""
+
 
 class RecordingError(ValueError):
     """A dataset that cannot be recorded or does not hold what was recorded; the message is one line."""
@@ -43,7 +46,7 @@ def features(image_size_px: int) -> dict[str, dict[str, Any]]:
     """LeRobot's feature specification of a recorded dataset; pictures are square, stored as PNG."""
     image = {"dtype": "image", "shape": (image_size_px, image_size_px, 3), "names": ["height", "width", "channels"]}
     vectors = {name: {"dtype": "float32", "shape": (size,), "names": None} for name, size in VECTOR_COLUMNS.items()}
-    return {HEAD_IMAGE: image, **vectors}
+    return {HEAD_IMAGE: image, **vectors, LANDMARKS: {"dtype": "string", "shape": (1,), "names": None}}
 
 
 @dataclass(frozen=True)
@@ -55,11 +58,13 @@ class FrameDigest:
     instruction: str
 
 
-def digest(image: np.ndarray, vectors: dict[str, np.ndarray], instruction: str) -> FrameDigest:
-    """Digest of a picture (H, W, 3) uint8, the columns of `VECTOR_COLUMNS` (float32) and the instruction."""
+def digest(image: np.ndarray, vectors: Mapping[str, Any], instruction: str) -> FrameDigest:
+    """Digest of a picture (H, W, 3) uint8, the columns of `VECTOR_COLUMNS` (float32), the landmarks' text and the
+    instruction."""
     checksum = 0
     for name in VECTOR_COLUMNS:
         checksum = zlib.crc32(np.ascontiguousarray(vectors[name], dtype=np.float32).tobytes(), checksum)
+    checksum = zlib.crc32(vectors[LANDMARKS].encode(), checksum)
     return FrameDigest(zlib.crc32(np.ascontiguousarray(image).tobytes()), checksum, instruction)
 
 
@@ -92,6 +97,6 @@ def verify_dataset(
                 item = dataset[starts[index] + frame]
                 image = (item[HEAD_IMAGE] * 255).round().byte().permute(1, 2, 0).numpy()
                 vectors = {name: np.atleast_1d(item[name].numpy()) for name in VECTOR_COLUMNS}
-                if digest(image, vectors, item["task"]) != recorded:
+                if digest(image, {**vectors, LANDMARKS: item[LANDMARKS]}, item["task"]) != recorded:
                     raise RecordingError(f"dataset {root}: episode {index}, frame {frame} is not what was recorded")
                 bar.update()

@@ -25,6 +25,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from torch import Tensor
 from tqdm import tqdm
 
+from hv_policy.motor.proprioception import read_proprioception
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M
 from hv_sim.physics_backends import check_backend, make_renderer
 from hv_sim.rendering import CameraRenderer, StepCamera
@@ -34,6 +35,7 @@ from hv_teachers.dataset_format import (
     ACTION,
     FPS,
     HEAD_IMAGE,
+    LANDMARKS,
     STATE,
     FrameDigest,
     RecordingError,
@@ -43,6 +45,7 @@ from hv_teachers.dataset_format import (
 )
 from hv_teachers.glances import glance_around, no_action
 from hv_teachers.knowledge import Knowledge, no_knowledge
+from hv_teachers.landmark_labels import world_landmarks
 
 REPORT_FILE = "meta/hv_recording.json"
 
@@ -322,8 +325,10 @@ def roll_attempts(
             due = torch.nonzero(~over & (world.episode_step % config.frame_stride == 0)).flatten().tolist()
             if due:
                 arrays, instructions = _columns(world, expert.knowledge, intent, joint_targets), world.instructions()
+                body = read_proprioception(torch.from_numpy(arrays[STATE]))
                 for env in due:
                     row = {key: value[env].copy() for key, value in arrays.items()}
+                    row[LANDMARKS] = world_landmarks(world, env, body, len(frames[env]))
                     frames[env].append({HEAD_IMAGE: camera.picture(env).copy(), **row, "task": instructions[env]})
             world.step(joint_targets if expert.executed is None else expert.executed)
             camera.forget()
@@ -342,8 +347,10 @@ def roll_glances(
     try:
         for world, knowledge in glance_around([task for task, _ in attempts], seeds, config.glances):
             arrays, instructions = _columns(world, knowledge, *no_action(world)), world.instructions()
+            body = read_proprioception(torch.from_numpy(arrays[STATE]))
             for env, image in enumerate(renderer.render_batch(world.physics)):
                 row = {key: value[env].copy() for key, value in arrays.items()}
+                row[LANDMARKS] = world_landmarks(world, env, body, len(frames[env]))
                 frames[env].append({HEAD_IMAGE: image, **row, "task": instructions[env]})
     finally:
         renderer.close()

@@ -92,33 +92,55 @@ class Perception(nn.Module):
         )
 
     def forward(self, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor) -> Measurement:
+        """`measure` of what is `look`ed at; see there."""
+        return self.judge(*self.look(pictures, state), words, is_word)
+
+    def look(self, pictures: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
+        """Tokens (B, T, dim) of pictures (B, 3, H, W), 0..1, and their rays (B, T, RAY_DIM), from the head's pose in
+        the proprioception (B, 223)."""
+        rays = ray_features(read_proprioception(state), self.rays)
+        half = self.training and _is_fast_in_half(pictures.device.type)
+        with torch.autocast(pictures.device.type, torch.bfloat16, enabled=half):
+            tokens = self.image(pictures)
+        return tokens.float() + self.ray(rays), rays
+
+    def judge(self, tokens: Tensor, rays: Tensor, words: Tensor, is_word: Tensor) -> Measurement:
         """What the pictures say.
 
         Of the body only the pose of the head counts here. Arms that reach out were in training always in front of the
         object: a network that could feel them believed it to be there, and reached for nothing.
 
         Args:
-            pictures: (B, 3, H, W), 0..1.
-            state: (B, 223) proprioception.
+            tokens, rays: from `look`.
             words, is_word: (B, L, dim) and (B, L) bool, from `text`.
         """
-        body = read_proprioception(state)
-        rays = ray_features(body, self.rays)
-        half = self.training and _is_fast_in_half(pictures.device.type)
-        with torch.autocast(pictures.device.type, torch.bfloat16, enabled=half):
-            tokens = self.image(pictures)
-        tokens = tokens.float() + self.ray(rays)
         queries = self.queries.expand(len(tokens), -1, -1)
         for layer in self.fusion:
             queries = layer(queries, words, is_word, tokens, None)
-        scores = self.point_query(queries) @ self.point_key(tokens).transpose(1, 2) / tokens.shape[-1] ** 0.5
-        pointing = torch.cat([self.nowhere(queries), scores], -1).log_softmax(-1)
+        pointing = self._pointing(queries, tokens)
         there = pointing.exp()
         found = there[..., 1:] @ torch.cat([tokens, rays], -1)
         impression = self.join(torch.cat([queries, found, there[..., :1]], -1).flatten(1))
         places, log_spread = self.measure(impression).chunk(2, -1)
         spread = log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD)
         return Measurement(places, spread, impression, pointing[:, :NUM_POINTED])
+
+    def point_at(self, tokens: Tensor, words: Tensor, is_word: Tensor, is_spot: Tensor) -> Tensor:
+        """(B, J, 1 + T) log-probabilities of where J things or spots are that are named alone, in each picture.
+
+        Args:
+            tokens: (B, T, dim) from `look`.
+            words, is_word: (B * J, L, dim) and (B * J, L), of their names.
+            is_spot: (B, J) bool: the query of goals looks for it, else that of objects.
+        """
+        queries = self.queries[is_spot.long()]
+        for layer in self.fusion:
+            queries = layer.of_each(queries, words, is_word, tokens)
+        return self._pointing(queries, tokens)
+
+    def _pointing(self, queries: Tensor, tokens: Tensor) -> Tensor:
+        scores = self.point_query(queries) @ self.point_key(tokens).transpose(1, 2) / tokens.shape[-1] ** 0.5
+        return torch.cat([self.nowhere(queries), scores], -1).log_softmax(-1)
 
     def feel(self, state: Tensor) -> Tensor:
         """(B, dim) of the proprioception (B, 223)."""
@@ -167,28 +189,32 @@ def measurement_loss(seen: Measurement, places_h: Tensor) -> Tensor:
 
 
 def pointing_loss(seen: Measurement, state: Tensor, places_h: Tensor) -> Tensor:
-    """(B,) cross-entropy of where the queries point, against where the true places (B, 21) are in the picture.
+    """(B,) `pointing_error` of the queries for the true places (B, 21), weighted."""
+    floor = torch.zeros_like(places_h[:, :1])
+    stands = [torch.cat([places_h[:, place], floor], 1) for place in (PICK, PLACE)]
+    points = torch.stack([places_h[:, OBJECT], places_h[:, GOAL], *stands], 1)
+    return _POINTING_WEIGHT * pointing_error(seen.pointing, state, points).mean(1)
+
+
+def pointing_error(pointing: Tensor, state: Tensor, points_h: Tensor) -> Tensor:
+    """(B, P) cross-entropy of where in a picture something is said to be, against where it is.
 
     That is what finds things by their names: from the error of a place alone a network learns far more slowly what to
     look at.
 
     Args:
-        seen: what the pictures say.
+        pointing: (B, P, 1 + T) log-probabilities: not in the picture, or in this part of it.
         state: (B, 223) proprioception, for the pose of the camera.
-        places_h: (B, 21), heading frame.
+        points_h: (B, P, 3), heading frame.
     """
-    floor = torch.zeros_like(places_h[:, :1])
-    stands = [torch.cat([places_h[:, place], floor], 1) for place in (PICK, PLACE)]
-    points = torch.stack([places_h[:, OBJECT], places_h[:, GOAL], *stands], 1)
-    at, visible = project(read_proprioception(state), points)
-    grid = round((seen.pointing.shape[-1] - 1) ** 0.5)
+    at, visible = project(read_proprioception(state), points_h)
+    grid = round((pointing.shape[-1] - 1) ** 0.5)
     cells = torch.arange(grid, device=state.device) + 0.5
-    away = (cells - ((at + 1) * grid / 2)[..., None]) / _BLUR  # (B, 4, 2, grid)
+    away = (cells - ((at + 1) * grid / 2)[..., None]) / _BLUR  # (B, P, 2, grid)
     right, down = torch.exp(-0.5 * away * away).unbind(2)
     wanted = (down[..., :, None] * right[..., None, :]).flatten(2)
     wanted = wanted / wanted.sum(-1, keepdim=True).clamp(min=1e-9) * visible[..., None]
-    wanted = torch.cat([~visible[..., None], wanted], -1)
-    return -_POINTING_WEIGHT * (wanted * seen.pointing).sum(-1).mean(1)
+    return -(torch.cat([~visible[..., None], wanted], -1) * pointing).sum(-1)
 
 
 def way_loss(predicted: Tensor, way: Tensor) -> Tensor:

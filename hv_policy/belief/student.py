@@ -15,6 +15,7 @@ from hv_policy.belief.perception import (
     Perception,
     belief_features,
     measurement_loss,
+    pointing_error,
     pointing_loss,
     way_loss,
 )
@@ -49,7 +50,19 @@ DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
 LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD = 0.02, 1.5
 UNKNOWN_SHARE = 0.15
+NAMING_WEIGHT = 0.1
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
+
+
+@dataclass
+class NamedPlaces:
+    """J things and spots of each of B pictures, by names of their own (`hv_policy.belief.labels.draw_landmarks`)."""
+
+    words: Tensor  # (B * J, L, dim)
+    is_word: Tensor  # (B * J, L)
+    is_spot: Tensor  # (B, J)
+    places_h: Tensor  # (B, J, 3)
+    exists: Tensor  # (B, J)
 
 
 class BeliefNetwork(nn.Module):
@@ -69,15 +82,23 @@ class BeliefNetwork(nn.Module):
         self.prior.requires_grad_(False)
 
     def loss(
-        self, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor, known: dict[str, Tensor]
+        self,
+        pictures: Tensor,
+        state: Tensor,
+        words: Tensor,
+        is_word: Tensor,
+        known: dict[str, Tensor],
+        named: NamedPlaces | None = None,
     ) -> tuple[Tensor, dict[str, float]]:
         """(B,) how wrong the places and the way are that the network sees, and figures to watch (m).
 
         Args:
             pictures, state, words, is_word: see `Perception`.
             known: `places` (B, 21), `way` (B, 8), `memory` (B, 18): what was so.
+            named: other things and spots to be pointed at.
         """
-        seen = self.perception(pictures, state, words, is_word)
+        tokens, rays = self.perception.look(pictures, state)
+        seen = self.perception.judge(tokens, rays, words, is_word)
         places, way, memory = known["places"], known["way"], known["memory"]
         truth = squash(places)
         low, high = torch.tensor([LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD]).log().tolist()
@@ -89,6 +110,11 @@ class BeliefNetwork(nn.Module):
         predicted = self.perception.way(seen, state, features)
         seeing, going = measurement_loss(seen, places), way_loss(predicted, way)
         pointing = pointing_loss(seen, state, places)
+        naming = torch.zeros_like(pointing)
+        if named is not None:
+            said = self.perception.point_at(tokens, named.words, named.is_word, named.is_spot)
+            wrong = pointing_error(said, state, named.places_h) * named.exists
+            naming = NAMING_WEIGHT * wrong.sum(1) / named.exists.sum(1).clamp(min=1)
         labelled = (places != 0).any(1)  # frames without labels hold zeros
         with torch.no_grad():
             error = (unsquash(seen.places) - places).abs()
@@ -97,6 +123,7 @@ class BeliefNetwork(nn.Module):
                 "seeing_loss": seeing.mean().item(),
                 "way_loss": going.mean().item(),
                 "pointing_loss": pointing.mean().item(),
+                "naming_loss": naming.mean().item(),
                 "object_error_m": _median(error[:, OBJECT][:, :2].norm(dim=1)),
                 "near_object_error_m": _median(error[near][:, OBJECT][:, :2].norm(dim=1)),
                 "goal_error_m": _median(error[:, GOAL][:, :2].norm(dim=1)),
@@ -104,7 +131,7 @@ class BeliefNetwork(nn.Module):
                 "waypoint_error_m": _median((unsquash_waypoint(predicted[:, WAYPOINT]) - way[:, WAYPOINT]).norm(dim=1)),
                 "flags_wrong": ((predicted[:, FLAGS] > 0) != (way[:, FLAGS] > 0.5)).float().mean().item(),
             }
-        return (seeing + going + pointing) * labelled, figures
+        return (seeing + going + pointing + naming) * labelled, figures
 
 
 @dataclass

@@ -1,0 +1,90 @@
+"""What can be named in a room, and where it is: every object, piece of furniture and spot that some words fit alone.
+
+A task is about two objects and two places. Whoever learns what words look like can learn from all the others, too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+from hv_sim.furniture import FURNITURE_KINDS
+from hv_sim.lexicon import (
+    COLOR_WORDS,
+    PLACE_WORDS,
+    called,
+    color_fits,
+    furniture_nouns,
+    looks,
+    object_nouns,
+    usable,
+)
+from hv_sim.places import BESIDE, BY_THE_MIDDLE, ON, Layout, Place, layout_at
+from hv_sim.task import FurniturePlacement, Task
+
+_SPOT_HEIGHT_M = 0.1
+"""Above the floor or the top: about where the middle of what would stand there is."""
+
+
+@dataclass(frozen=True)
+class Landmark:
+    """Words that fit one thing or spot of a room, and where it is in the world, m.
+
+    Attributes:
+        phrases: each of them fits nothing else ("the red box", "just behind the sofa").
+        is_spot: it is a place to put something, not a thing.
+        position_m: the middle of a thing; for an object where it is at first, see `object`.
+        object: name of the object that it is, "" if it is none.
+    """
+
+    phrases: tuple[str, ...]
+    is_spot: bool
+    position_m: tuple[float, float, float]
+    object: str = ""
+
+
+@cache
+def landmarks(task: Task, subtask: int) -> tuple[Landmark, ...]:
+    """All landmarks of a task when sub-task number `subtask` begins, in words that seen instructions use."""
+    layout = layout_at(task, subtask)
+    found = [
+        Landmark(phrases, False, layout.poses[name][0], name)
+        for name in layout.poses
+        if (phrases := _object_phrases(layout, name))
+    ]
+    for piece in task.furniture:
+        kind = FURNITURE_KINDS[piece.kind]
+        nouns = [n for n in usable(furniture_nouns(piece.kind), False) if called(layout, n) == ([], [piece.name])]
+        if not nouns:
+            continue
+        if kind.solid:
+            height = (piece.size_m or kind.size_m)[2]
+            found.append(Landmark(tuple(f"the {n}" for n in nouns), False, (*piece.position_m, height / 2)))
+        found += _spots(layout, piece, nouns, task.subtasks[subtask].object)
+    return tuple(found)
+
+
+def _object_phrases(layout: Layout, name: str) -> tuple[str, ...]:
+    kind, color, _ = looks(layout)[name]
+    phrases = []
+    for noun in usable(object_nouns(kind), False):
+        objects, pieces = called(layout, noun)
+        if pieces:
+            continue
+        if objects == [name]:
+            phrases.append(f"the {noun}")
+        word = COLOR_WORDS[color][0] if color in COLOR_WORDS else ""
+        if word and [o for o in objects if color_fits(word, looks(layout)[o][1])] == [name]:
+            phrases.append(f"the {word} {noun}")
+    return tuple(phrases)
+
+
+def _spots(layout: Layout, piece: FurniturePlacement, nouns: list[str], name: str) -> list[Landmark]:
+    found = []
+    for relation in (*ON, *BESIDE, *BY_THE_MIDDLE):
+        spot = layout.spot_m(Place(relation, piece.name), name)
+        if spot is not None:
+            top = layout.surfaces[piece.name].height_m if relation in ON else 0.0
+            phrases = tuple(w.format(f"the {n}") for w in PLACE_WORDS[relation][0] for n in nouns)
+            found.append(Landmark(phrases, True, (*spot, top + _SPOT_HEIGHT_M)))
+    return found
