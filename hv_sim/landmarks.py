@@ -28,18 +28,23 @@ _SPOT_HEIGHT_M = 0.1
 
 @dataclass(frozen=True)
 class Landmark:
-    """Words that fit one thing or spot of a room, and where it is in the world, m.
+    """A thing or spot of a room, words that fit it alone, and where it is in the world.
 
     Attributes:
-        phrases: each of them fits nothing else ("the red box", "just behind the sofa").
+        phrases: each of them fits nothing else ("the red box", "just behind the sofa"); a thing that is like another
+            has none.
         is_spot: it is a place to put something, not a thing.
         position_m: the middle of a thing; for an object where it is at first, see `object`.
+        half_extents_m: of a thing's box, along its own axes; zeros for a spot.
+        yaw_rad: of that box.
         object: name of the object that it is, "" if it is none.
     """
 
     phrases: tuple[str, ...]
     is_spot: bool
     position_m: tuple[float, float, float]
+    half_extents_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    yaw_rad: float = 0.0
     object: str = ""
 
 
@@ -47,20 +52,19 @@ class Landmark:
 def landmarks(task: Task, subtask: int) -> tuple[Landmark, ...]:
     """All landmarks of a task when sub-task number `subtask` begins, in words that seen instructions use."""
     layout = layout_at(task, subtask)
-    found = [
-        Landmark(phrases, False, layout.poses[name][0], name)
-        for name in layout.poses
-        if (phrases := _object_phrases(layout, name))
-    ]
+    found = []
+    for name, (position, yaw) in layout.poses.items():
+        half = tuple(layout.half_extents_m[name].tolist())
+        found.append(Landmark(_object_phrases(layout, name), False, position, half, yaw, name))
     for piece in task.furniture:
         kind = FURNITURE_KINDS[piece.kind]
         nouns = [n for n in usable(furniture_nouns(piece.kind), False) if called(layout, n) == ([], [piece.name])]
-        if not nouns:
-            continue
         if kind.solid:
-            height = (piece.size_m or kind.size_m)[2]
-            found.append(Landmark(tuple(f"the {n}" for n in nouns), False, (*piece.position_m, height / 2)))
-        found += _spots(layout, piece, nouns, task.subtasks[subtask].object)
+            depth, width, height = piece.size_m or kind.size_m
+            half, at = (depth / 2, width / 2, height / 2), (*piece.position_m, height / 2)
+            found.append(Landmark(tuple(f"the {n}" for n in nouns), False, at, half, piece.yaw_rad))
+        if nouns:
+            found += _spots(layout, piece, nouns, task.subtasks[subtask].object)
     return tuple(found)
 
 

@@ -9,12 +9,12 @@ from torch import Tensor
 
 from hv_policy.batches import Reader, read_instructions, read_observation
 from hv_policy.belief.belief import BeliefConfig
-from hv_policy.belief.labels import LABELS, PREFIX, LabelTable, draw_landmarks
+from hv_policy.belief.labels import LABELS, LANDMARKS, PREFIX, LabelTable, Landmarks, read_landmarks
 from hv_policy.belief.perception import Perception
-from hv_policy.belief.student import BeliefNetwork, Following, NamedPlaces
+from hv_policy.belief.student import BeliefNetwork, Following
 from hv_policy.configuration_hv import HVConfig
 
-LANDMARKS_A_PICTURE = 4
+SPOTS_A_PICTURE = 2
 
 
 class BeliefStudent:
@@ -71,8 +71,8 @@ class BeliefStudent:
         """(B,) how wrong the places and the way are that the network sees, and figures to watch."""
         pictures, state = read_observation(batch, self.cameras, self.config.image_size)
         words, is_word = self.reader.read(read_instructions(batch, len(state)))
-        known, named = self._known(batch), self._named(batch)
-        return self.network.loss(pictures[:, -1, 0], state[:, -1], words, is_word, known, named)
+        known, landmarks = self._known(batch), self._landmarks(batch)
+        return self.network.loss(pictures[:, -1, 0], state[:, -1], words, is_word, known, landmarks)
 
     def act(self, batch: dict[str, Any]) -> Tensor:
         """(N, 28) servo targets in rad; a control step passes."""
@@ -86,15 +86,12 @@ class BeliefStudent:
         looks = self.following.looks
         return self.following.act(self.network, pictures[looks, -1, 0], state, words, is_word)
 
-    def _named(self, batch: dict[str, Any]) -> NamedPlaces | None:
-        """Some landmarks of each picture, if the dataset has them."""
+    def _landmarks(self, batch: dict[str, Any]) -> Landmarks | None:
+        """What else is in the pictures, if the dataset says so."""
+        if PREFIX + LANDMARKS in batch:
+            return read_landmarks(batch[PREFIX + LANDMARKS], SPOTS_A_PICTURE)
         texts = self._labels.landmarks(torch.as_tensor(batch["index"])) if self._labels is not None else None
-        if texts is None:
-            return None
-        phrases, is_spot, places, exists = draw_landmarks(texts, LANDMARKS_A_PICTURE)
-        words, is_word = self.reader.read(phrases)
-        device = words.device
-        return NamedPlaces(words, is_word, is_spot.to(device), places.to(device), exists.to(device))
+        return None if texts is None else read_landmarks(texts, SPOTS_A_PICTURE)
 
     def _known(self, batch: dict[str, Any]) -> dict[str, Tensor]:
         """The labels of a training batch.

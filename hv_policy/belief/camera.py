@@ -55,11 +55,16 @@ def camera_position(body: BodyState) -> Tensor:
     return body.pos[:, _HEAD] + body.rot[:, _HEAD] @ offset
 
 
+def ray_directions(body: BodyState, rays: Tensor) -> Tensor:
+    """(N, R, 3) rays (R, 3) of the head's frame in the heading frame."""
+    return rays @ body.rot[:, _HEAD].transpose(1, 2)
+
+
 def ray_features(body: BodyState, rays: Tensor) -> Tensor:
     """(N, R, 10) for each ray (R, 3) of the head's frame: its direction in the heading frame, the camera's height, and
     for each of two heights where the ray is there (asinh of x and y over 0.5 m) and whether it gets there at all."""
     position = camera_position(body)
-    direction = rays @ body.rot[:, _HEAD].transpose(1, 2)
+    direction = ray_directions(body, rays)
     height = position[:, 2:, None].expand(-1, len(rays), 1)
     features = [direction, height]
     for plane in PLANES_M:

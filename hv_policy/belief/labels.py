@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +16,15 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from hv_policy.belief.boxes import BOX_DIM
 from hv_policy.belief.places import PLACES_DIM, WAY_DIM
 from hv_policy.decision.memory import VECTOR_DIM
 
 LABELS = {"places": PLACES_DIM, "way": WAY_DIM, "memory": VECTOR_DIM}
 LANDMARKS = "landmarks"
-"""Column of names of things and spots and where they are, a JSON list of [phrase, is a spot, x, y, z] for each frame;
-a dataset may come without it."""
+"""Column of names of things and spots and where they are; a dataset may come without it. JSON, for each frame
+[phrase, x, y, z, half extents 3, yaw] for things, phrase "" without words of its own, [phrase, x, y, z] for spots."""
 PREFIX = "privileged."
-_NOTHING = "nothing"
 
 
 class LabelTable:
@@ -87,21 +88,42 @@ class LabelTable:
         return rows
 
 
-def draw_landmarks(texts: Sequence[str], count: int) -> tuple[list[str], Tensor, Tensor, Tensor]:
-    """`count` of each frame's landmarks, drawn at random: their phrases (B * count), whether they are spots (B, count),
-    where they are, heading frame, m (B, count, 3), and whether there are so many (B, count)."""
-    phrases: list[str] = []
-    is_spot = torch.zeros(len(texts), count, dtype=torch.bool)
-    places = torch.zeros(len(texts), count, 3)
-    exists = torch.zeros(len(texts), count, dtype=torch.bool)
-    for row, text in enumerate(texts):
-        named = json.loads(text)
-        chosen = [named[i] for i in torch.randperm(len(named))[:count].tolist()]
-        for k, (_, spot, *place) in enumerate(chosen):
-            is_spot[row, k] = bool(spot)
-            places[row, k], exists[row, k] = torch.tensor(place), True
-        phrases += [phrase for phrase, *_ in chosen] + [_NOTHING] * (count - len(chosen))
-    return phrases, is_spot, places, exists
+@dataclass
+class Landmarks:
+    """What else is in B pictures, and what it is called."""
+
+    boxes: Tensor  # (B, T, 7) of things, `hv_policy.belief.boxes`
+    exists: Tensor  # (B, T) bool
+    names: list[str]  # B * T, "" where nothing names a thing alone
+    spots: Tensor  # (B, S, 3), heading frame, m
+    spot_exists: Tensor  # (B, S) bool
+    spot_names: list[str]  # B * S
+
+
+def read_landmarks(texts: Sequence[str], num_spots: int) -> Landmarks:
+    """The landmarks of frames from their texts, and `num_spots` of the spots, drawn at random."""
+    rows = [json.loads(text) for text in texts]
+    things = [[entry for entry in row if len(entry) == 1 + BOX_DIM] for row in rows]
+    drawn = []
+    for row in rows:
+        spots = [entry for entry in row if len(entry) == 4]
+        drawn.append([spots[i] for i in torch.randperm(len(spots))[:num_spots].tolist()])
+    count = max(1, max(map(len, things), default=0))
+    boxes, exists, names = _padded(things, count, BOX_DIM)
+    spots, spot_exists, spot_names = _padded(drawn, num_spots, 3)
+    return Landmarks(boxes, exists, names, spots, spot_exists, spot_names)
+
+
+def _padded(rows: Sequence[Sequence[Sequence[Any]]], count: int, size: int) -> tuple[Tensor, Tensor, list[str]]:
+    numbers = torch.zeros(len(rows), count, size)
+    exists = torch.zeros(len(rows), count, dtype=torch.bool)
+    names: list[str] = []
+    for i, row in enumerate(rows):
+        if row:
+            numbers[i, : len(row)] = torch.tensor([entry[1:] for entry in row])
+            exists[i, : len(row)] = True
+        names += [entry[0] for entry in row] + [""] * (count - len(row))
+    return numbers, exists, names
 
 
 def _matrix(column: Any, size: int) -> np.ndarray:

@@ -76,6 +76,7 @@ class Perception(nn.Module):
         self.queries = nn.Parameter(torch.randn(size.queries, dim) * 0.5)
         self.fusion = nn.ModuleList(FusionLayer(dim, size.heads) for _ in range(size.fusion_layers))
         self.point_query, self.point_key, self.nowhere = nn.Linear(dim, dim), nn.Linear(dim, dim), nn.Linear(dim, 1)
+        self.background = nn.Linear(dim, 1)
         self.join = nn.Sequential(
             nn.Linear(size.queries * (2 * dim + RAY_DIM + 1), size.hidden),
             nn.GELU(),
@@ -125,18 +126,32 @@ class Perception(nn.Module):
         spread = log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD)
         return Measurement(places, spread, impression, pointing[:, :NUM_POINTED])
 
-    def point_at(self, tokens: Tensor, words: Tensor, is_word: Tensor, is_spot: Tensor) -> Tensor:
+    def point_at(self, tokens: Tensor, words: Tensor, is_word: Tensor, query: int) -> Tensor:
         """(B, J, 1 + T) log-probabilities of where J things or spots are that are named alone, in each picture.
 
         Args:
             tokens: (B, T, dim) from `look`.
             words, is_word: (B * J, L, dim) and (B * J, L), of their names.
-            is_spot: (B, J) bool: the query of goals looks for it, else that of objects.
+            query: which one looks for them: 0 that of objects, 1 that of goals.
         """
-        queries = self.queries[is_spot.long()]
+        queries = self.queries[query].expand(len(tokens), len(words) // len(tokens), -1)
         for layer in self.fusion:
             queries = layer.of_each(queries, words, is_word, tokens)
         return self._pointing(queries, tokens)
+
+    def name(self, tokens: Tensor, words: Tensor, is_word: Tensor, which: Tensor) -> Tensor:
+        """(B, T, 1 + J) logits of what each part of a picture shows: nothing of it, or one of J things.
+
+        Args:
+            tokens: (B, T, dim) from `look`.
+            words, is_word: (D, L, dim) and (D, L), of D different names.
+            which: (B, J) int64, the names of the J things.
+        """
+        named = self.queries[:1].expand(len(words), 1, -1)
+        named = self.point_query(named + self.fusion[0].read(named, words, is_word))[:, 0]
+        keys = self.point_key(tokens)
+        scores = keys @ named[which].transpose(1, 2) / tokens.shape[-1] ** 0.5
+        return torch.cat([self.background(tokens), scores], -1)
 
     def _pointing(self, queries: Tensor, tokens: Tensor) -> Tensor:
         scores = self.point_query(queries) @ self.point_key(tokens).transpose(1, 2) / tokens.shape[-1] ** 0.5
@@ -215,6 +230,26 @@ def pointing_error(pointing: Tensor, state: Tensor, points_h: Tensor) -> Tensor:
     wanted = (down[..., :, None] * right[..., None, :]).flatten(2)
     wanted = wanted / wanted.sum(-1, keepdim=True).clamp(min=1e-9) * visible[..., None]
     return -(torch.cat([~visible[..., None], wanted], -1) * pointing).sum(-1)
+
+
+def naming_error(logits: Tensor, label: Tensor, has_name: Tensor) -> Tensor:
+    """(B,) cross-entropy of `Perception.name` (B, T, 1 + J), parts that show a thing and those that do not alike.
+
+    Args:
+        logits: of `Perception.name`.
+        label: (B, T) int64 which of the J things is there, -1 for none (`hv_policy.belief.boxes.first_box_hit`).
+        has_name: (B, J) bool; parts that show a thing without a name do not count.
+    """
+    absent = torch.cat([torch.zeros_like(has_name[:, :1]), ~has_name], 1)[:, None]
+    likely = logits.masked_fill(absent, -1e4).log_softmax(-1)
+    wrong = -likely.gather(-1, label[..., None] + 1)[..., 0]
+    empty = label < 0
+    named = ~empty & has_name.gather(1, label.clamp(min=0))
+
+    def mean(parts: Tensor) -> Tensor:
+        return (wrong * parts).sum(1) / parts.sum(1).clamp(min=1)
+
+    return (mean(named) + mean(empty)) / 2
 
 
 def way_loss(predicted: Tensor, way: Tensor) -> Tensor:

@@ -11,10 +11,13 @@ import torch
 from torch import Tensor, nn
 
 from hv_policy.belief.belief import Belief, BeliefConfig
+from hv_policy.belief.boxes import first_box_hit
+from hv_policy.belief.labels import Landmarks
 from hv_policy.belief.perception import (
     Perception,
     belief_features,
     measurement_loss,
+    naming_error,
     pointing_error,
     pointing_loss,
     way_loss,
@@ -50,19 +53,9 @@ DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
 LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD = 0.02, 1.5
 UNKNOWN_SHARE = 0.15
-NAMING_WEIGHT = 0.1
+THINGS_WEIGHT, SPOTS_WEIGHT = 0.3, 0.05
+NAMELESS = "nothing"
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
-
-
-@dataclass
-class NamedPlaces:
-    """J things and spots of each of B pictures, by names of their own (`hv_policy.belief.labels.draw_landmarks`)."""
-
-    words: Tensor  # (B * J, L, dim)
-    is_word: Tensor  # (B * J, L)
-    is_spot: Tensor  # (B, J)
-    places_h: Tensor  # (B, J, 3)
-    exists: Tensor  # (B, J)
 
 
 class BeliefNetwork(nn.Module):
@@ -88,14 +81,14 @@ class BeliefNetwork(nn.Module):
         words: Tensor,
         is_word: Tensor,
         known: dict[str, Tensor],
-        named: NamedPlaces | None = None,
+        landmarks: Landmarks | None = None,
     ) -> tuple[Tensor, dict[str, float]]:
         """(B,) how wrong the places and the way are that the network sees, and figures to watch (m).
 
         Args:
             pictures, state, words, is_word: see `Perception`.
             known: `places` (B, 21), `way` (B, 8), `memory` (B, 18): what was so.
-            named: other things and spots to be pointed at.
+            landmarks: what else is to be seen.
         """
         tokens, rays = self.perception.look(pictures, state)
         seen = self.perception.judge(tokens, rays, words, is_word)
@@ -110,11 +103,7 @@ class BeliefNetwork(nn.Module):
         predicted = self.perception.way(seen, state, features)
         seeing, going = measurement_loss(seen, places), way_loss(predicted, way)
         pointing = pointing_loss(seen, state, places)
-        naming = torch.zeros_like(pointing)
-        if named is not None:
-            said = self.perception.point_at(tokens, named.words, named.is_word, named.is_spot)
-            wrong = pointing_error(said, state, named.places_h) * named.exists
-            naming = NAMING_WEIGHT * wrong.sum(1) / named.exists.sum(1).clamp(min=1)
+        naming = self._naming(tokens, state, landmarks) if landmarks is not None else torch.zeros_like(pointing)
         labelled = (places != 0).any(1)  # frames without labels hold zeros
         with torch.no_grad():
             error = (unsquash(seen.places) - places).abs()
@@ -132,6 +121,26 @@ class BeliefNetwork(nn.Module):
                 "flags_wrong": ((predicted[:, FLAGS] > 0) != (way[:, FLAGS] > 0.5)).float().mean().item(),
             }
         return (seeing + going + pointing + naming) * labelled, figures
+
+
+    def _naming(self, tokens: Tensor, state: Tensor, landmarks: Landmarks) -> Tensor:
+        """(B,) how wrong it is what the parts of the pictures show, and where spots are that are named."""
+        device = tokens.device
+        perception, body = self.perception, read_proprioception(state)
+        boxes, exists = landmarks.boxes.to(device), landmarks.exists.to(device)
+        label = first_box_hit(body, perception.rays, boxes, exists)
+        distinct = sorted({name for name in landmarks.names if name} | set(landmarks.spot_names))
+        number = {name: i for i, name in enumerate(distinct)}
+        words, is_word = perception.text([name or NAMELESS for name in distinct])
+        which = torch.tensor([number.get(name, 0) for name in landmarks.names], device=device).view_as(exists)
+        has_name = torch.tensor([bool(name) for name in landmarks.names], device=device).view_as(exists)
+        things = naming_error(perception.name(tokens, words, is_word, which), label, has_name)
+        of_spots = torch.tensor([number[name] for name in landmarks.spot_names], device=device)
+        pointing = perception.point_at(tokens, words[of_spots], is_word[of_spots], query=1)
+        there = landmarks.spot_exists.to(device)
+        wrong = pointing_error(pointing, state, landmarks.spots.to(device)) * there
+        spots = wrong.sum(1) / there.sum(1).clamp(min=1)
+        return THINGS_WEIGHT * things + SPOTS_WEIGHT * spots
 
 
 @dataclass

@@ -1,5 +1,6 @@
 """The form `belief` as LeRobot sees it: trained from batches, acting step by step, saved and loaded."""
 
+import json
 from types import SimpleNamespace
 
 import pandas as pd
@@ -7,10 +8,12 @@ import pytest
 import torch
 from policy_samples import HEAD, STATE, TASKS, make_config
 
+from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.labels import LABELS
 from hv_policy.belief.perception import measurement_loss
 from hv_policy.belief.student import BeliefNetwork
 from hv_policy.modeling_hv import HVPolicy
+from hv_policy.motor.proprioception import read_proprioception
 from hv_sim.observations import proprioception
 from hv_sim.suites import load_suite
 from hv_sim.world import RearrangeWorld
@@ -177,3 +180,37 @@ def test_who_does_not_know_where_a_thing_is_looks_round_but_not_for_ever(states)
     for _ in range(3):
         policy.select_action({**frame, "task": TASKS})
     assert float(policy.student.following.searched_rad.max()) == 0.0
+
+
+def test_parts_of_pictures_learn_the_names_of_what_they_show(states):
+    """A red and a blue patch stand where two boxes are; which is which has to be learned from their names."""
+    policy = make_believer()
+    policy.train()
+    state = states[0][:1]
+    body = read_proprioception(state)
+    generator = torch.Generator().manual_seed(2)
+    rays = policy.network.perception.rays
+
+    def batch(count: int) -> dict:
+        made = labelled(count, generator, state)
+        pictures, texts = 0.3 * torch.rand(count, 3, 64, 64, generator=generator), []
+        for i in range(count):
+            boxes = torch.zeros(2, 7)
+            boxes[:, 0] = 1.5
+            boxes[:, 1] = torch.tensor([0.6, -0.6])[torch.randperm(2, generator=generator)]
+            boxes[:, 2], boxes[:, 3:6] = 0.8, 0.25
+            shown = first_box_hit(body, rays, boxes[None], torch.ones(1, 2, dtype=torch.bool))[0].view(8, 8)
+            for k, channel in enumerate((0, 2)):
+                pictures[i, channel] += 0.7 * (shown == k).float().repeat_interleave(8, 0).repeat_interleave(8, 1)
+            names = ("the red box", "the blue box")
+            texts.append(json.dumps([[name, *box.tolist()] for name, box in zip(names, boxes, strict=True)]))
+        return made | {HEAD: pictures, "privileged.landmarks": texts}
+
+    optimizer = torch.optim.AdamW(policy.get_optim_params(), lr=1e-3)
+    for _ in range(60):
+        loss, figures = policy(batch(16))
+        optimizer.zero_grad()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(policy.parameters(), 5.0)
+        optimizer.step()
+    assert figures["naming_loss"] < 0.3 * 0.3  # of a log-likelihood that begins at about one

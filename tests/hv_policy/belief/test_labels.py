@@ -4,7 +4,7 @@ import pytest
 import torch
 from stand_still import StandStill
 
-from hv_policy.belief.labels import LABELS, LabelTable
+from hv_policy.belief.labels import LABELS, LabelTable, read_landmarks
 from hv_sim.task import resolve_tasks
 from hv_teachers.expert import PlannerExpert
 from hv_teachers.recording import RecordingConfig, record_dataset
@@ -51,3 +51,14 @@ def test_standing_still_is_recorded_with_no_knowledge(tmp_path):
 
     table = LabelTable(LeRobotDataset(root.name, root=root, video_backend="pyav").meta)
     assert float(table(torch.arange(6))["places"].abs().max()) == 0
+
+
+def test_landmarks_come_back_padded():
+    first = '[["the box",1,2,3,0.1,0.2,0.3,0.5],["",4,5,6,1,1,1,0],["just behind the sofa",7,8,0.1]]'
+    read = read_landmarks([first, "[]"], num_spots=2)
+    assert read.names == ["the box", "", "", ""]
+    assert read.exists.tolist() == [[True, True], [False, False]]
+    torch.testing.assert_close(read.boxes[0, 0], torch.tensor([1, 2, 3, 0.1, 0.2, 0.3, 0.5]))
+    assert read.spot_names == ["just behind the sofa", "", "", ""]
+    assert read.spot_exists.tolist() == [[True, False], [False, False]]
+    torch.testing.assert_close(read.spots[0, 0], torch.tensor([7, 8, 0.1]))
