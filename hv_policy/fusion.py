@@ -16,16 +16,11 @@ class FusionLayer(nn.Module):
     def forward(
         self, queries: Tensor, words: Tensor, is_word: Tensor, sights: Tensor, is_sight: Tensor | None
     ) -> Tensor:
-        queries = queries + self.read(queries, words, is_word)
+        return self.look_and_think(queries + self.read(queries, words, is_word), sights, is_sight)
+
+    def look_and_think(self, queries: Tensor, sights: Tensor, is_sight: Tensor | None) -> Tensor:
+        """What comes after reading."""
         queries = queries + self.look(queries, sights, is_sight)
-        return queries + self.think(queries)
-
-
-    def of_each(self, queries: Tensor, words: Tensor, is_word: Tensor, sights: Tensor) -> Tensor:
-        """The same where every query has words of its own: queries (B, J, dim), words (B * J, L, dim)."""
-        alone = queries.flatten(0, 1)[:, None]
-        queries = (alone + self.read(alone, words, is_word)).view_as(queries)
-        queries = queries + self.look(queries, sights, None)
         return queries + self.think(queries)
 
 

@@ -44,7 +44,26 @@ class Measurement:
     places: Tensor  # (B, 21)
     log_spread: Tensor  # (B, 21) logarithm of the deviation
     impression: Tensor  # (B, hidden), for `Perception.way`
-    pointing: Tensor  # (B, NUM_POINTED, 1 + tokens) log-probabilities: not in the picture, or in this part of it
+    pointing: Tensor  # (B, NUM_POINTED, 1 + T) log-probabilities: not in the picture, or in this part of it
+    spots: Tensor  # (B, J, 1 + T), the same for spots that were named by themselves
+
+
+@dataclass
+class Sight:
+    """What there is to see in B pictures."""
+
+    tokens: Tensor  # (B, T, dim)
+    rays: Tensor  # (B, T, RAY_DIM) where they look at
+    keys: Tensor  # (B, T, dim) what is compared with what is looked for
+
+
+@dataclass
+class NamedSpots:
+    """Names of J spots of each of B pictures."""
+
+    num: int  # J
+    words: Tensor  # (B * J, L, dim)
+    is_word: Tensor  # (B * J, L) bool
 
 
 class Perception(nn.Module):
@@ -93,68 +112,61 @@ class Perception(nn.Module):
         )
 
     def forward(self, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor) -> Measurement:
-        """`measure` of what is `look`ed at; see there."""
-        return self.judge(*self.look(pictures, state), words, is_word)
+        """What pictures say: `judge` of what `look` sees; see there."""
+        return self.judge(self.look(pictures, state), words, is_word)
 
-    def look(self, pictures: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
-        """Tokens (B, T, dim) of pictures (B, 3, H, W), 0..1, and their rays (B, T, RAY_DIM), from the head's pose in
-        the proprioception (B, 223)."""
+    def look(self, pictures: Tensor, state: Tensor) -> Sight:
+        """What there is to see in pictures (B, 3, H, W), 0..1, from the head's pose in the proprioception (B, 223)."""
         rays = ray_features(read_proprioception(state), self.rays)
         half = self.training and _is_fast_in_half(pictures.device.type)
         with torch.autocast(pictures.device.type, torch.bfloat16, enabled=half):
             tokens = self.image(pictures)
-        return tokens.float() + self.ray(rays), rays
+        tokens = tokens.float() + self.ray(rays)
+        return Sight(tokens, rays, self.point_key(tokens) / tokens.shape[-1] ** 0.5)
 
-    def judge(self, tokens: Tensor, rays: Tensor, words: Tensor, is_word: Tensor) -> Measurement:
+    def judge(self, sight: Sight, words: Tensor, is_word: Tensor, spots: NamedSpots | None = None) -> Measurement:
         """What the pictures say.
 
         Of the body only the pose of the head counts here. Arms that reach out were in training always in front of the
         object: a network that could feel them believed it to be there, and reached for nothing.
 
         Args:
-            tokens, rays: from `look`.
+            sight: from `look`.
             words, is_word: (B, L, dim) and (B, L) bool, from `text`.
+            spots: named by themselves, to be pointed at with the query of goals.
         """
+        tokens, own = sight.tokens, len(self.queries)
+        asked = 0 if spots is None else spots.num
         queries = self.queries.expand(len(tokens), -1, -1)
+        others = self.queries[1].expand(len(tokens), asked, -1)
         for layer in self.fusion:
-            queries = layer(queries, words, is_word, tokens, None)
-        pointing = self._pointing(queries, tokens)
-        there = pointing.exp()
-        found = there[..., 1:] @ torch.cat([tokens, rays], -1)
+            queries = queries + layer.read(queries, words, is_word)
+            if spots is not None:
+                alone = others.flatten(0, 1)[:, None]
+                others = others + layer.read(alone, spots.words, spots.is_word).view_as(others)
+            queries, others = layer.look_and_think(torch.cat([queries, others], 1), tokens, None).split([own, asked], 1)
+        pointing = self._pointing(torch.cat([queries, others], 1), sight)
+        there = pointing[:, :own].exp()
+        found = there[..., 1:] @ torch.cat([tokens, sight.rays], -1)
         impression = self.join(torch.cat([queries, found, there[..., :1]], -1).flatten(1))
         places, log_spread = self.measure(impression).chunk(2, -1)
         spread = log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD)
-        return Measurement(places, spread, impression, pointing[:, :NUM_POINTED])
+        return Measurement(places, spread, impression, pointing[:, :NUM_POINTED], pointing[:, own:])
 
-    def point_at(self, tokens: Tensor, words: Tensor, is_word: Tensor, query: int) -> Tensor:
-        """(B, J, 1 + T) log-probabilities of where J things or spots are that are named alone, in each picture.
-
-        Args:
-            tokens: (B, T, dim) from `look`.
-            words, is_word: (B * J, L, dim) and (B * J, L), of their names.
-            query: which one looks for them: 0 that of objects, 1 that of goals.
-        """
-        queries = self.queries[query].expand(len(tokens), len(words) // len(tokens), -1)
-        for layer in self.fusion:
-            queries = layer.of_each(queries, words, is_word, tokens)
-        return self._pointing(queries, tokens)
-
-    def name(self, tokens: Tensor, words: Tensor, is_word: Tensor, which: Tensor) -> Tensor:
+    def name(self, sight: Sight, words: Tensor, is_word: Tensor, which: Tensor) -> Tensor:
         """(B, T, 1 + J) logits of what each part of a picture shows: nothing of it, or one of J things.
 
         Args:
-            tokens: (B, T, dim) from `look`.
+            sight: from `look`.
             words, is_word: (D, L, dim) and (D, L), of D different names.
             which: (B, J) int64, the names of the J things.
         """
         named = self.queries[:1].expand(len(words), 1, -1)
         named = self.point_query(named + self.fusion[0].read(named, words, is_word))[:, 0]
-        keys = self.point_key(tokens)
-        scores = keys @ named[which].transpose(1, 2) / tokens.shape[-1] ** 0.5
-        return torch.cat([self.background(tokens), scores], -1)
+        return torch.cat([self.background(sight.tokens), sight.keys @ named[which].transpose(1, 2)], -1)
 
-    def _pointing(self, queries: Tensor, tokens: Tensor) -> Tensor:
-        scores = self.point_query(queries) @ self.point_key(tokens).transpose(1, 2) / tokens.shape[-1] ** 0.5
+    def _pointing(self, queries: Tensor, sight: Sight) -> Tensor:
+        scores = self.point_query(queries) @ sight.keys.transpose(1, 2)
         return torch.cat([self.nowhere(queries), scores], -1).log_softmax(-1)
 
     def feel(self, state: Tensor) -> Tensor:

@@ -14,7 +14,10 @@ from hv_policy.belief.belief import Belief, BeliefConfig
 from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.labels import Landmarks
 from hv_policy.belief.perception import (
+    Measurement,
+    NamedSpots,
     Perception,
+    Sight,
     belief_features,
     measurement_loss,
     naming_error,
@@ -90,8 +93,8 @@ class BeliefNetwork(nn.Module):
             known: `places` (B, 21), `way` (B, 8), `memory` (B, 18): what was so.
             landmarks: what else is to be seen.
         """
-        tokens, rays = self.perception.look(pictures, state)
-        seen = self.perception.judge(tokens, rays, words, is_word)
+        sight = self.perception.look(pictures, state)
+        seen, naming = self._seen(sight, state, words, is_word, landmarks)
         places, way, memory = known["places"], known["way"], known["memory"]
         truth = squash(places)
         low, high = torch.tensor([LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD]).log().tolist()
@@ -103,7 +106,6 @@ class BeliefNetwork(nn.Module):
         predicted = self.perception.way(seen, state, features)
         seeing, going = measurement_loss(seen, places), way_loss(predicted, way)
         pointing = pointing_loss(seen, state, places)
-        naming = self._naming(tokens, state, landmarks) if landmarks is not None else torch.zeros_like(pointing)
         labelled = (places != 0).any(1)  # frames without labels hold zeros
         with torch.no_grad():
             error = (unsquash(seen.places) - places).abs()
@@ -123,24 +125,27 @@ class BeliefNetwork(nn.Module):
         return (seeing + going + pointing + naming) * labelled, figures
 
 
-    def _naming(self, tokens: Tensor, state: Tensor, landmarks: Landmarks) -> Tensor:
-        """(B,) how wrong it is what the parts of the pictures show, and where spots are that are named."""
-        device = tokens.device
-        perception, body = self.perception, read_proprioception(state)
+    def _seen(
+        self, sight: Sight, state: Tensor, words: Tensor, is_word: Tensor, landmarks: Landmarks | None
+    ) -> tuple[Measurement, Tensor]:
+        """What the pictures say, and (B,) how wrong it is what their parts show, and where named spots are."""
+        perception, device = self.perception, state.device
+        if landmarks is None:
+            return perception.judge(sight, words, is_word), torch.zeros(len(state), device=device)
         boxes, exists = landmarks.boxes.to(device), landmarks.exists.to(device)
-        label = first_box_hit(body, perception.rays, boxes, exists)
-        distinct = sorted({name for name in landmarks.names if name} | set(landmarks.spot_names))
+        distinct = sorted({*landmarks.names, *landmarks.spot_names})
         number = {name: i for i, name in enumerate(distinct)}
-        words, is_word = perception.text([name or NAMELESS for name in distinct])
-        which = torch.tensor([number.get(name, 0) for name in landmarks.names], device=device).view_as(exists)
+        names, is_name = perception.text([name or NAMELESS for name in distinct])
+        which = torch.tensor([number[name] for name in landmarks.names], device=device).view_as(exists)
         has_name = torch.tensor([bool(name) for name in landmarks.names], device=device).view_as(exists)
-        things = naming_error(perception.name(tokens, words, is_word, which), label, has_name)
-        of_spots = torch.tensor([number[name] for name in landmarks.spot_names], device=device)
-        pointing = perception.point_at(tokens, words[of_spots], is_word[of_spots], query=1)
+        label = first_box_hit(read_proprioception(state), perception.rays, boxes, exists)
+        things = naming_error(perception.name(sight, names, is_name, which), label, has_name)
         there = landmarks.spot_exists.to(device)
-        wrong = pointing_error(pointing, state, landmarks.spots.to(device)) * there
+        of_spots = torch.tensor([number[name] for name in landmarks.spot_names], device=device)
+        seen = perception.judge(sight, words, is_word, NamedSpots(there.shape[1], names[of_spots], is_name[of_spots]))
+        wrong = pointing_error(seen.spots, state, landmarks.spots.to(device)) * there
         spots = wrong.sum(1) / there.sum(1).clamp(min=1)
-        return THINGS_WEIGHT * things + SPOTS_WEIGHT * spots
+        return seen, THINGS_WEIGHT * things + SPOTS_WEIGHT * spots
 
 
 @dataclass
