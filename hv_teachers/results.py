@@ -5,16 +5,21 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from hv_sim.suites import SUITES
+from hv_sim.suites import SUITES, load_suite
+from hv_teachers.episodes import tasks_fingerprint
 from hv_teachers.evaluation import METRICS_FILE, EvaluationError
 from hv_teachers.published_results import PUBLISHED_TABLES
 
 EXPERIMENT_FILE = "experiment.json"
 README_MARKS = ("<!-- results: written by hv-experiment -->", "<!-- end of results -->")
 _NEEDED = ("at_0.4", "at_0.2", "fall_rate", "n_episodes", "plan")
+
+
+EARLIER, EARLIER_NOTE = "†", "† On the suite's tasks as they were before they were last redrawn."
 
 
 @dataclass(frozen=True)
@@ -25,6 +30,20 @@ class Result:
     suite: str
     metrics: dict[str, Any]
     folder: Path
+
+    @property
+    def is_earlier(self) -> bool:
+        """It was measured on a whole suite that holds other tasks now."""
+        plan = self.metrics["plan"]
+        if self.suite not in SUITES or "tasks" not in plan:
+            return False
+        count, present = _present_tasks(self.suite)
+        return plan.get("n_tasks") == count and plan["tasks"] != present
+
+    @property
+    def title(self) -> str:
+        """The system, marked if `is_earlier`."""
+        return self.system + (f" {EARLIER}" if self.is_earlier else "")
 
 
 def read_result(path: Path) -> Result:
@@ -87,7 +106,7 @@ def leaderboard(results: Sequence[Result]) -> str:
             low, high = m["interval_0.4"]["success_all"]
             misses = " / ".join(f"{m[f'dist_{i + 1}']:.2f}" for i in range(_num_subtasks(m)))
             lines.append(
-                f"| {r.system} | {' | '.join(each)} | **{_percent(m['at_0.4']['success_all'])}**"
+                f"| {r.title} | {' | '.join(each)} | **{_percent(m['at_0.4']['success_all'])}**"
                 f" [{100 * low:.1f}, {100 * high:.1f}] | {_percent(m['at_0.2']['success_all'])} | {misses}"
                 f" | {_percent(m['fall_rate'])} | {m['n_episodes']} |"
             )
@@ -100,6 +119,8 @@ def leaderboard(results: Sequence[Result]) -> str:
                         f"| *{row.system}, published (Table {table.number})* | {' | '.join(each)}"
                         f" | {_percent(row.success_all)} | | {miss} | | |"
                     )
+    if any(r.is_earlier for r in results):
+        lines += ["", EARLIER_NOTE]
     return "\n".join(lines) + "\n"
 
 
@@ -107,14 +128,18 @@ def readme_table(results: Sequence[Result]) -> str:
     """A small table for the README: success of whole episodes at 0.4 m, systems down, suites across."""
     suites = [s for s in SUITES if any(r.suite == s for r in results)]
     shares = {(r.system, r.suite): r.metrics["at_0.4"]["success_all"] for r in results}
+    earlier = {(r.system, r.suite) for r in results if r.is_earlier}
     systems = sorted({r.system for r in results}, key=lambda name: -max(v for (n, _), v in shares.items() if n == name))
     lines = [f"| success, all objects at 0.4 m | {' | '.join(suites)} |", "|---" * (len(suites) + 1) + "|"]
     for system in systems:
-        lines.append(f"| {system} | {' | '.join(_percent(shares.get((system, s))) for s in suites)} |")
+        cells = [_percent(shares.get((system, s))) + EARLIER * ((system, s) in earlier) for s in suites]
+        lines.append(f"| {system} | {' | '.join(cells)} |")
     for system in ("HumanoidVerse-T", "HumanoidVerse-S"):
         rows = {t.suite: row for t in PUBLISHED_TABLES if t.number in (1, 3) for row in t.rows if row.system == system}
         cells = [_percent(rows[s].success_all) if s in rows else "" for s in suites]
         lines.append(f"| *{system}, published, on their tasks* | {' | '.join(cells)} |")
+    if earlier:
+        lines += ["", EARLIER_NOTE]
     return "\n".join(lines)
 
 
@@ -125,6 +150,13 @@ def with_results(readme: str, results: Sequence[Result]) -> str:
         return readme
     before, rest = readme.split(begin, 1)
     return f"{before}{begin}\n{readme_table(results)}\n{end}{rest.split(end, 1)[1]}"
+
+
+@cache
+def _present_tasks(suite: str) -> tuple[int, str]:
+    """How many tasks a suite has, and their fingerprint."""
+    tasks = load_suite(suite)
+    return len(tasks), tasks_fingerprint(tasks)
 
 
 def _num_subtasks(metrics: dict[str, Any]) -> int:

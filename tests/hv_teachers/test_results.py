@@ -4,9 +4,19 @@ import json
 
 import pytest
 
+from hv_sim.suites import load_suite
+from hv_teachers.episodes import tasks_fingerprint
 from hv_teachers.evaluation import EvaluationError
 from hv_teachers.published_results import PUBLISHED_TABLES
-from hv_teachers.results import README_MARKS, find_results, leaderboard, read_result, with_results
+from hv_teachers.results import (
+    EARLIER_NOTE,
+    README_MARKS,
+    find_results,
+    leaderboard,
+    read_result,
+    readme_table,
+    with_results,
+)
 
 
 def metrics(success=0.5, suite="seen", policy="planner", count=2):
@@ -78,3 +88,21 @@ def test_the_readmes_table_is_written_between_its_marks(tmp_path):
     assert "old" not in once
     assert with_results(once, find_results([tmp_path])) == once
     assert with_results("no marks", []) == "no marks"
+
+
+def test_what_was_measured_on_other_tasks_is_marked(tmp_path):
+    unseen = load_suite("unseen")
+    now, before, part = (metrics(0.5, "unseen", policy) for policy in ("now", "before", "part"))
+    now["plan"] |= {"n_tasks": len(unseen), "tasks": tasks_fingerprint(unseen)}
+    before["plan"] |= {"n_tasks": len(unseen), "tasks": "0123456789abcdef"}
+    part["plan"] |= {"n_tasks": 5, "tasks": "0123456789abcdef"}
+    for name, data in (("a", now), ("b", before), ("c", part)):
+        write(tmp_path / name, data)
+    found = find_results([tmp_path])
+    for text in (leaderboard(found), readme_table(found)):
+        assert "| now | 50.0 %" in text
+        assert "| part | 50.0 %" in text
+        assert text.rstrip().endswith(EARLIER_NOTE)
+    assert "| before † | 50.0 %" in leaderboard(found)
+    assert "| before | 50.0 %† |" in readme_table(found)
+    assert EARLIER_NOTE not in leaderboard([r for r in found if r.system != "before"])
