@@ -33,7 +33,7 @@ from hv_policy.text_encoder import TextEncoder
 LEAST_LOG_SPREAD, MOST_LOG_SPREAD = math.log(0.01), math.log(5.0)
 NUM_POINTED = 4
 """Queries that are told which part of the picture to point at: object, goal, and the places to stand for either."""
-_BLUR, _POINTING_WEIGHT = 0.6, 0.05
+_BLUR, _POINTING_WEIGHT = 0.6, 0.15
 BELIEF_DIM = 2 * PLACES_DIM + NUM_PHASES + 2
 
 

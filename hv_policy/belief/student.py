@@ -56,7 +56,7 @@ DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
 LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD = 0.02, 1.5
 UNKNOWN_SHARE = 0.15
-THINGS_WEIGHT, SPOTS_WEIGHT = 0.3, 0.05
+THINGS_WEIGHT, SPOTS_WEIGHT = 0.3, 0.1
 NAMELESS = "nothing"
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
 
