@@ -34,6 +34,8 @@ LEAST_LOG_SPREAD, MOST_LOG_SPREAD = math.log(0.01), math.log(5.0)
 NUM_POINTED = 4
 """Queries that are told which part of the picture to point at: object, goal, and the places to stand for either."""
 _BLUR, _POINTING_WEIGHT = 0.6, 0.15
+_TRUST_UNIT = 10.0
+"""What the trust in pointing is counted in, so that it is learned faster than a weight."""
 BELIEF_DIM = 2 * PLACES_DIM + NUM_PHASES + 2
 
 
@@ -89,6 +91,8 @@ class Perception(nn.Module):
         dim = size.dim
         self.image = FineImageEncoder(image_size, size.channels, dim)
         self.text = TextEncoder(vocabulary, max_words, dim, size.heads, size.text_layers, word_dropout)
+        points = [i for part in (OBJECT, GOAL, PICK, PLACE) for i in range(part.start, part.start + 2)]
+        self.register_buffer("points", torch.tensor(points), persistent=False)
         self.register_buffer("rays", pixel_rays(self.image.grid), persistent=False)
         self.ray = nn.Sequential(nn.Linear(RAY_DIM, dim), nn.GELU(), nn.Linear(dim, dim))
         self.state = nn.Sequential(nn.Linear(state_size, 2 * dim), nn.GELU(), nn.Linear(2 * dim, dim))
@@ -103,6 +107,8 @@ class Perception(nn.Module):
             nn.GELU(),
         )
         self.measure = nn.Linear(size.hidden, 2 * PLACES_DIM)
+        self.on_floor = nn.Linear(dim, 1)
+        self.trust = nn.Parameter(torch.zeros(NUM_POINTED))
         self.consider = nn.Sequential(
             nn.Linear(size.hidden + BELIEF_DIM + dim, size.hidden // 2),
             nn.GELU(),
@@ -150,6 +156,7 @@ class Perception(nn.Module):
         found = there[..., 1:] @ torch.cat([tokens, sight.rays], -1)
         impression = self.join(torch.cat([queries, found, there[..., :1]], -1).flatten(1))
         places, log_spread = self.measure(impression).chunk(2, -1)
+        places = places.index_add(1, self.points, self._pointed_at(queries, found).flatten(1))
         spread = log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD)
         return Measurement(places, spread, impression, pointing[:, :NUM_POINTED], pointing[:, own:])
 
@@ -164,6 +171,13 @@ class Perception(nn.Module):
         named = self.queries[:1].expand(len(words), 1, -1)
         named = self.point_query(named + self.fusion[0].read(named, words, is_word))[:, 0]
         return torch.cat([self.background(sight.tokens), sight.keys @ named[which].transpose(1, 2)], -1)
+
+    def _pointed_at(self, queries: Tensor, found: Tensor) -> Tensor:
+        """(B, NUM_POINTED, 2) where what is pointed at would be, squashed: between where its ray meets the floor
+        and where it meets a table, as far as that is to be trusted. All else the network has to add."""
+        floor, table = found[:, :NUM_POINTED, -6:-4], found[:, :NUM_POINTED, -3:-1]
+        share = self.on_floor(queries[:, :NUM_POINTED]).sigmoid()
+        return (share * floor + (1 - share) * table) * (_TRUST_UNIT * self.trust)[:, None]
 
     def _pointing(self, queries: Tensor, sight: Sight) -> Tensor:
         scores = self.point_query(queries) @ sight.keys.transpose(1, 2)
