@@ -107,6 +107,8 @@ class TeacherEnv:
         prior: the controller below; never trained here.
         seed: of the episodes.
         first: the teacher that plays all but the last sub-task of an episode (Stage 3's teacher 1).
+        number: of the first of these environments, where they are a share of more (`hv_teachers.ranks`).
+        total: how many those are (default: just these); an environment's number and `total` decide its seeds.
     """
 
     def __init__(
@@ -117,6 +119,9 @@ class TeacherEnv:
         prior: MotorPrior,
         seed: int,
         first: DecisionNetwork | None = None,
+        *,
+        number: int = 0,
+        total: int | None = None,
     ) -> None:
         self.config, self.teacher, self.prior, self.seed, self.first = config, teacher, prior, seed, first
         most = max(len(task.subtasks) for task in tasks)
@@ -128,6 +133,7 @@ class TeacherEnv:
             physics=config.physics,
         )
         self.num_envs = self.world.num_envs
+        self._number, self._total = number, total or self.num_envs
         self._max_steps = config.steps_per_subtask * self.world.instructor.num_subtasks
         self._rows = torch.arange(self.num_envs)
         self._units = DecisionNetwork(DecisionConfig(action=teacher.action, memory="none", hidden=(1,), geometry=0))
@@ -154,7 +160,7 @@ class TeacherEnv:
         """New episodes in environments `ids` (n,)."""
         if not len(ids):
             return
-        seeds = [self.seed + int(i) + self.num_envs * int(self.episodes[i]) for i in ids]
+        seeds = [self.seed + self._number + int(i) + self._total * int(self.episodes[i]) for i in ids]
         self.world.reset(ids, seeds=seeds)
         self.episodes[ids] += 1
         self.senses.reset(ids)
