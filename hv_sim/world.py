@@ -113,6 +113,11 @@ class RearrangeWorld:
         return self._state
 
     @property
+    def heading(self) -> Heading:
+        """The heading frames of that state."""
+        return self._heading
+
+    @property
     def subtask_index(self) -> Tensor:
         """(N,) sub-task whose instruction is in force."""
         return self.instructor.subtask_index

@@ -75,7 +75,7 @@ class RewardInputs:
     object_pos: Tensor  # (N, 3)
     object_rot: Tensor  # (N, 3, 3)
     object_vel: Tensor  # (N, 3)
-    object_points: Tensor  # (N, P, 3) on the object's surface
+    object_points: Tensor  # (N, P, 3) on the object's surface, object frame
     object_start_height: Tensor  # (N,) of its centre, when the instruction was given
     goal_pos: Tensor  # (N, 3)
     goal_rot: Tensor  # (N, 3, 3)
@@ -117,7 +117,7 @@ def read_world(world: RearrangeWorld, object_points: Tensor, object_start_height
         object_pos=position,
         object_rot=rotation,
         object_vel=state.object_lin_vel_w[rows, index],
-        object_points=object_points @ rotation.mT + position[:, None],
+        object_points=object_points,
         object_start_height=object_start_height,
         goal_pos=goal,
         goal_rot=world.goal_rot_w[rows, world.subtask_index],
@@ -218,7 +218,11 @@ def retreat_rewards(x: RewardInputs, config: RetreatRewardConfig) -> dict[str, T
 
 def hand_distances_m(x: RewardInputs) -> Tensor:
     """(N, 2) of each hand's centre from the nearest point of the object."""
-    return torch.stack([(x.object_points - x.hands[:, i, None]).norm(dim=-1).amin(-1) for i in range(2)], -1)
+    hands = (x.hands - x.object_pos[:, None]) @ x.object_rot  # in the object's frame: two points to turn, not P
+    squared = torch.zeros(1)
+    for point, hand in zip(x.object_points.unbind(-1), hands.unbind(-1), strict=True):
+        squared = squared + (point[:, None] - hand[..., None]).square()
+    return squared.amin(-1).sqrt()
 
 
 def object_goal_distance_m(x: RewardInputs) -> Tensor:

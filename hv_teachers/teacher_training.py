@@ -93,7 +93,8 @@ class _Trainer:
         ranks.copy_from_first(self.network)
         self.network.train()
         self.optimizer = torch.optim.Adam(self.network.parameters(), lr=config.dagger.learning_rate)
-        self.buffer = ImitationBuffer(output / "data" / ("" if ranks.is_first else f"rank{ranks.rank}"), config.dagger.buffer)
+        data = output / "data" / ("" if ranks.is_first else f"rank{ranks.rank}")
+        self.buffer = ImitationBuffer(data, config.dagger.buffer)
         self.round, self.iteration, self.samples, self.turn, minutes = 0, 0, 0, 0, 0.0
         self.ppo: AmpPPO | None = None
         if saved is not None:
