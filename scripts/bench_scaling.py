@@ -74,7 +74,7 @@ def read_tables(folder: Path) -> str:
     Raises:
         ValueError: nothing was.
     """
-    makers = {
+    makers: dict[str, Callable[[Any], str]] = {
         "practice": _practice_table,
         "environments": _count_table,
         "objects": _count_table,
