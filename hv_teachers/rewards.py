@@ -7,6 +7,7 @@ HumanVLA's practice, which the paper omits: without them a robot that has arrive
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -81,6 +82,11 @@ class RewardInputs:
     goal_rot: Tensor  # (N, 3, 3)
     robot_guide: Tensor  # (N, 2) where the robot should walk to: a waypoint before the object, then the object
     object_guide: Tensor  # (N, 2) where the object should go: a waypoint before the goal, then the goal
+
+    @cached_property
+    def object_goal_m(self) -> Tensor:
+        """(N,) how far the object is from its goal: half of the terms ask."""
+        return (self.object_pos - self.goal_pos).norm(dim=-1)
 
 
 def surface_points(bps: Tensor, half_extents: Tensor) -> Tensor:
@@ -167,7 +173,7 @@ def object2goal_pos_far(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
 
 def object2goal_pos_near(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
     """exp(-5 |p_o - p_g|)."""
-    return torch.exp(-5.0 * object_goal_distance_m(x))
+    return torch.exp(-5.0 * x.object_goal_m)
 
 
 def object2goal_rot(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
@@ -206,7 +212,7 @@ def retreat_rewards(x: RewardInputs, config: RetreatRewardConfig) -> dict[str, T
     hand = hand_distances_m(x).amin(-1)
     robot_term = _or_one(1.0 - torch.exp(-0.5 * robot), robot > config.robot_object_m)
     hand_term = _or_one(1.0 - torch.exp(-0.5 * hand), hand > config.hand_object_m)
-    placed = (object_goal_distance_m(x) < config.object_goal_m).to(robot.dtype)
+    placed = (x.object_goal_m < config.object_goal_m).to(robot.dtype)
     return {
         "retreat_robot2object": config.robot2object * robot_term * placed,
         "retreat_hand2object": config.hand2object * hand_term * placed,
@@ -225,14 +231,9 @@ def hand_distances_m(x: RewardInputs) -> Tensor:
     return squared.amin(-1).sqrt()
 
 
-def object_goal_distance_m(x: RewardInputs) -> Tensor:
-    """(N,)."""
-    return (x.object_pos - x.goal_pos).norm(dim=-1)
-
-
 def at_goal(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
     """(N,) bool: the object is so near to its goal that nothing more is asked of the way there."""
-    return object_goal_distance_m(x) < c.near_goal_m
+    return x.object_goal_m < c.near_goal_m
 
 
 def rotation_angle_rad(a: Tensor, b: Tensor) -> Tensor:
