@@ -22,6 +22,7 @@ from hv_policy.motor.prior import load_shipped_motor_prior
 from hv_sim.benchmark import BareBatches
 from hv_sim.humanoid import ROBOT_NQ
 from hv_sim.task import Task
+from hv_teachers.engines import Slice
 from hv_teachers.expert import expert_maker
 from hv_teachers.recording import RecordingConfig
 from hv_teachers.sharded_recording import record_shards
@@ -102,7 +103,7 @@ def benchmark_teacher_env(
 def benchmark_recording(
     tasks: Sequence[Task], *, workers: Sequence[int] = (1, 2), max_episode_steps: int = 600, image_size_px: int = 128
 ) -> list[dict[str, float]]:
-    """Frames/s that so many processes record of the same attempts, start and joining included.
+    """Frames/s that so many processes record of the same attempts, their start included; then one of them joins.
 
     Args:
         tasks: one attempt each, four side by side in a process.
@@ -111,7 +112,7 @@ def benchmark_recording(
         image_size_px: side of a picture.
 
     Returns:
-        For each number: `workers`, `frames`, `seconds`, `frames_per_s`, and `speedup` over the first.
+        For each number: `workers`, `frames`, `seconds`, `frames_per_s`, `speedup` over the first, and `joining_s`.
 
     Raises:
         ValueError: a number is below 1.
@@ -122,9 +123,12 @@ def benchmark_recording(
     rows: list[dict[str, float]] = []
     for count in workers:
         with tempfile.TemporaryDirectory() as folder:
+            root, expert = Path(folder) / "recorded", expert_maker("planner")
             begun = time.perf_counter()
-            report = record_shards(Path(folder) / "recorded", tasks, expert_maker("planner"), config, workers=count)
+            report = record_shards(root, tasks, expert, config, workers=count, only=Slice(0, 1))
             seconds = time.perf_counter() - begun
+            record_shards(root, tasks, expert, config, workers=count)
+            joining_s = time.perf_counter() - begun - seconds
         rate = report.frames_recorded / seconds
         first = rows[0]["frames_per_s"] if rows else rate
         rows.append(
@@ -134,6 +138,7 @@ def benchmark_recording(
                 "seconds": seconds,
                 "frames_per_s": rate,
                 "speedup": rate / first,
+                "joining_s": joining_s,
             }
         )
     return rows

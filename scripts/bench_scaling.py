@@ -196,8 +196,9 @@ def _count_table(rows: list[dict[str, Any]]) -> str:
 
 
 def _recording_table(rows: list[dict[str, Any]]) -> str:
-    lines = ["| recording processes | frames/s | times one |", "|---|---|---|"]
-    lines += [f"| {r['workers']} | {r['frames_per_s']:,.1f} | {r['speedup']:.2f} |" for r in rows]
+    lines = ["| recording processes | frames/s | times one | then joining, s |", "|---|---|---|---|"]
+    for r in rows:
+        lines.append(f"| {r['workers']} | {r['frames_per_s']:,.1f} | {r['speedup']:.2f} | {r['joining_s']:.1f} |")
     return "\n".join(lines) + "\n"
 
 

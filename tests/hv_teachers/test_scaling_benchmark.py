@@ -17,6 +17,7 @@ def test_practice_beside_the_bare_engine():
 def test_recording_counts_frames():
     [row] = benchmark_recording([load_task("living_room_1")], workers=[1], max_episode_steps=3, image_size_px=16)
     assert (row["workers"], row["frames"], row["speedup"]) == (1, 3, 1.0)
+    assert row["joining_s"] > 0
     assert row["frames_per_s"] == pytest.approx(3 / row["seconds"])
 
 

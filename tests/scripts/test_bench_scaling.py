@@ -27,9 +27,9 @@ def test_figures_and_tables_of_a_short_run(tmp_path, capsys):
 
 
 def test_recording_table(tmp_path):
-    rows = [{"workers": n, "frames_per_s": 30.0 * n, "speedup": float(n)} for n in (1, 2)]
+    rows = [{"workers": n, "frames_per_s": 30.0 * n, "speedup": float(n), "joining_s": 3.0} for n in (1, 2)]
     (tmp_path / "recording.json").write_text(json.dumps({"machine": "two cores", "rows": rows}))
-    assert "| 2 | 60.0 | 2.00 |\n\n(two cores)" in read_tables(tmp_path)
+    assert "| 2 | 60.0 | 2.00 | 3.0 |\n\n(two cores)" in read_tables(tmp_path)
 
 
 def test_what_is_wrong_is_said_in_one_line(tmp_path, capsys):
