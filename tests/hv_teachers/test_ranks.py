@@ -30,8 +30,10 @@ SETTINGS = {
 TIMES = ("minutes", "steps_per_s", "simulation_share")
 OWN_MEANS = ("value_loss", "surrogate_loss")
 """Of the last mini-batch's shares: means of the processes' own, which are not the mean over all."""
-TOLERANCE = 2e-4
-"""Of weights and of figures of the curve, after six iterations; sums in another order is all that differs."""
+FIGURES, MOST_WEIGHTS, WEIGHTS = 2e-4, 1e-5, 1e-3
+"""Tolerances of the curve's figures, of 99 % of the weights and of all, after two rounds and three iterations. Sums in
+another order are all that differs; but Adam makes a step, of at most the learning rate, also of a gradient that is
+nothing but rounding. Measured: 1e-5, 2e-6, 2e-4."""
 
 
 def prepare(folder):
@@ -109,12 +111,11 @@ def test_two_processes_train_as_one_does(alone, two):
         for name in mine.keys() - {"kind", *OWN_MEANS}:
             assert (mine[name] == "") == (theirs[name] == ""), name
             if mine[name] != "":
-                assert float(theirs[name]) == pytest.approx(float(mine[name]), abs=TOLERANCE, rel=1e-3), name
+                assert float(theirs[name]) == pytest.approx(float(mine[name]), abs=FIGURES, rel=1e-3), name
     first, second = weights(alone), weights(two)
-    start = load_decision(alone / "teacher.safetensors").config
-    assert start == load_decision(two / "teacher.safetensors").config
-    for name, value in first.items():
-        torch.testing.assert_close(second[name], value, atol=TOLERANCE, rtol=1e-3)
+    apart = torch.cat([(second[name].float() - value.float()).abs().flatten() for name, value in first.items()])
+    assert apart.quantile(0.99) < MOST_WEIGHTS
+    assert apart.max() < WEIGHTS
     assert sorted(p.name for p in two.glob("*rank1*")) == ["resume_rank1_128.pt"]
     assert not list(two.rglob("*.tmp"))
 
