@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from hv_sim.humanoid import CONTROL_HZ, ROBOT_NQ
-from hv_sim.physics import PhysicsState, contact_addresses, layout_of, merged, objects_in, state_of, substeps_of
+from hv_sim.physics import PhysicsState, contact_addresses, layout_of, objects_in, state_of, substeps_of
 
 _VELOCITY_STAGE = int(mujoco.mjtStage.mjSTAGE_VEL)
 _FIELDS = ("qpos", "qvel", "ctrl", "xpos", "xmat", "cvel", "subtree_com", "sensordata", "xfrc_applied")
@@ -110,8 +110,8 @@ class MujocoPhysics:
             group.pushed = True
 
     def state(self) -> PhysicsState:
-        parts = [state_of(g.view, g.contact_address, self.num_objects) for g in self._groups]
-        return merged(parts, [g.ids for g in self._groups])
+        groups = [(g.ids, g.view, g.contact_address) for g in self._groups]
+        return state_of(groups, self.num_envs, self.num_objects)
 
     def model(self, env: int) -> mujoco.MjModel:
         return self._groups[self._group_of[env]].models[self._row_of[env]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -104,57 +104,50 @@ def layout_of(model: mujoco.MjModel) -> tuple[int, ...]:
     return tuple(int(getattr(model, name)) for name in names.split())
 
 
-def state_of(view: Mapping[str, np.ndarray], contact_address: np.ndarray, num_objects: int) -> PhysicsState:
-    """The state of simulations of one layout, from MuJoCo's arrays at the velocity stage.
+def state_of(
+    groups: Iterable[tuple[np.ndarray, Mapping[str, np.ndarray], np.ndarray]], num_envs: int, num_objects: int
+) -> PhysicsState:
+    """The state of simulations from MuJoCo's arrays at the velocity stage.
 
     Args:
-        view: `qpos`, `qvel`, `xpos`, `xmat` (any shape of 9 numbers a body), `cvel`, `subtree_com`, `sensordata`; a row
-            per simulation.
-        contact_address: of that layout, see `contact_addresses`.
-        num_objects: rows for objects, at least as many as the layout has.
+        groups: of simulations of one layout: their numbers (n,); `qpos`, `qvel`, `xpos`, `xmat` (any shape of 9 numbers
+            a body), `cvel`, `subtree_com`, `sensordata`, a row per simulation; and their `contact_addresses`.
+        num_envs: simulations in all groups together.
+        num_objects: rows for objects, at least as many as any layout has.
     """
-    n, k = len(view["qpos"]), (view["qpos"].shape[1] - ROBOT_NQ) // 7
-    bodies = slice(1, 1 + NUM_BODIES + k)
-    pos = torch.from_numpy(view["xpos"][:, bodies].astype(np.float32))
-    rot = torch.from_numpy(view["xmat"][:, bodies].reshape(n, -1, 3, 3).astype(np.float32))
-    spatial = view["cvel"][:, bodies]
-    # cvel is the velocity of the point at the root's centre of mass, rotation first (MuJoCo, "mjData.cvel")
-    com = np.concatenate(
-        [
-            np.broadcast_to(view["subtree_com"][:, 1:2], (n, NUM_BODIES, 3)),
-            view["subtree_com"][:, 1 + NUM_BODIES : bodies.stop],
-        ],
-        1,
-    )
-    ang = spatial[..., :3]
-    lin = spatial[..., 3:] + np.cross(ang, view["xpos"][:, bodies] - com)
-    ang_t, lin_t = torch.from_numpy(ang.astype(np.float32)), torch.from_numpy(lin.astype(np.float32))
 
-    def objects(x: Tensor) -> Tensor:
-        x = x[:, NUM_BODIES:]
-        return x if k == num_objects else torch.cat([x, x.new_zeros(n, num_objects - k, *x.shape[2:])], 1)
+    def empty(*shape: int) -> np.ndarray:
+        return np.zeros((num_envs, *shape), dtype=np.float32)
 
-    found = view["sensordata"][:, contact_address] > 0
-    height = view["sensordata"][:, contact_address + 3]
+    links = {"pos": empty(NUM_BODIES, 3), "rot": empty(NUM_BODIES, 3, 3)}
+    links |= {"lin_vel": empty(NUM_BODIES, 3), "ang_vel": empty(NUM_BODIES, 3)}
+    objects = {name: empty(num_objects, *array.shape[2:]) for name, array in links.items()}
+    joint_pos, joint_vel = empty(ROBOT_NQ - 7), empty(ROBOT_NV - 6)
+    contact, height = np.zeros((num_envs, NUM_BODIES), dtype=bool), empty(NUM_BODIES)
+    for ids, view, address in groups:
+        n, k = len(ids), (view["qpos"].shape[1] - ROBOT_NQ) // 7
+        first = 1 + NUM_BODIES
+        robot_com = np.broadcast_to(view["subtree_com"][:, 1:2], (n, NUM_BODIES, 3))
+        parts = (
+            (links, slice(1, first), robot_com, slice(None)),
+            (objects, slice(first, first + k), view["subtree_com"][:, first : first + k], slice(0, k)),
+        )
+        for out, bodies, com, rows in parts:
+            position, spatial = view["xpos"][:, bodies], view["cvel"][:, bodies]
+            angular = spatial[..., :3]
+            out["pos"][ids, rows] = position
+            out["rot"][ids, rows] = view["xmat"][:, bodies].reshape(n, -1, 3, 3)
+            out["ang_vel"][ids, rows] = angular
+            # cvel is the velocity of the point at the root's centre of mass, rotation first (MuJoCo, "mjData.cvel")
+            out["lin_vel"][ids, rows] = spatial[..., 3:] + np.cross(angular, position - com)
+        joint_pos[ids], joint_vel[ids] = view["qpos"][:, 7:ROBOT_NQ], view["qvel"][:, 6:ROBOT_NV]
+        found = view["sensordata"][:, address] > 0
+        contact[ids], height[ids] = found, np.where(found, view["sensordata"][:, address + 3], 0.0)
     return PhysicsState(
-        link_pos_w=pos[:, :NUM_BODIES],
-        link_rot_w=rot[:, :NUM_BODIES],
-        link_lin_vel_w=lin_t[:, :NUM_BODIES],
-        link_ang_vel_w=ang_t[:, :NUM_BODIES],
-        joint_pos=torch.from_numpy(view["qpos"][:, 7:ROBOT_NQ].astype(np.float32)),
-        joint_vel=torch.from_numpy(view["qvel"][:, 6:ROBOT_NV].astype(np.float32)),
-        object_pos_w=objects(pos),
-        object_rot_w=objects(rot),
-        object_lin_vel_w=objects(lin_t),
-        object_ang_vel_w=objects(ang_t),
-        body_contact=torch.from_numpy(found),
-        body_contact_height_m=torch.from_numpy(np.where(found, height, 0.0).astype(np.float32)),
+        **{f"link_{name}_w": torch.from_numpy(array) for name, array in links.items()},
+        joint_pos=torch.from_numpy(joint_pos),
+        joint_vel=torch.from_numpy(joint_vel),
+        **{f"object_{name}_w": torch.from_numpy(array) for name, array in objects.items()},
+        body_contact=torch.from_numpy(contact),
+        body_contact_height_m=torch.from_numpy(height),
     )
-
-
-def merged(parts: Sequence[PhysicsState], ids: Sequence[np.ndarray]) -> PhysicsState:
-    """The states of groups of simulations as one, in the order of the simulations' numbers `ids`, one array a group."""
-    if len(parts) == 1:
-        return parts[0]
-    order = torch.from_numpy(np.argsort(np.concatenate(list(ids))))
-    return PhysicsState(**{k: torch.cat([getattr(p, k) for p in parts])[order] for k in vars(parts[0])})

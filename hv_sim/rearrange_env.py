@@ -15,6 +15,7 @@ from hv_sim.control import CONTROL_MODES, INTENT_HIGH, INTENT_LOW, Controller
 from hv_sim.humanoid import CONTROL_HZ, JOINT_RANGE_RAD
 from hv_sim.instructor import InstructorConfig
 from hv_sim.observations import PROPRIOCEPTION_DIM
+from hv_sim.physics_backends import check_backend
 from hv_sim.rendering import CameraRenderer, best_corner, compose_video_frame, third_person_camera, third_person_size_px
 from hv_sim.task import Task, load_task
 from hv_sim.world import RearrangeWorld
@@ -49,6 +50,7 @@ class RearrangeEnv(gym.Env[dict[str, Any], np.ndarray]):
         observation_width: of the head camera's picture, pixels.
         render_mode: `rgb_array`, or None.
         instructor: thresholds of Algorithm 3.
+        physics: one of `hv_sim.physics_backends.BACKENDS`; pictures are OpenGL's all the same.
 
     Raises:
         ValueError: an argument is out of its range; the message names it.
@@ -69,6 +71,7 @@ class RearrangeEnv(gym.Env[dict[str, Any], np.ndarray]):
         observation_width: int = 128,
         render_mode: str | None = "rgb_array",
         instructor: InstructorConfig | None = None,
+        physics: str = "cpu",
     ) -> None:
         if control_mode not in CONTROL_MODES:
             raise ValueError(f"control_mode: {control_mode!r} is not valid; valid: {', '.join(CONTROL_MODES)}")
@@ -81,7 +84,8 @@ class RearrangeEnv(gym.Env[dict[str, Any], np.ndarray]):
             if value < 1:
                 raise ValueError(f"{name}: {value} is not valid; valid: an integer >= 1")
         self._task = task if isinstance(task, Task) else load_task(task)
-        self._controller, self._instructor = controller, instructor
+        check_backend(physics)
+        self._controller, self._instructor, self._physics = controller, instructor, physics
         self._max_episode_steps = RearrangeWorld.default_max_episode_steps([self._task])
         if max_episode_steps is not None:
             self._max_episode_steps = max_episode_steps
@@ -121,6 +125,7 @@ class RearrangeEnv(gym.Env[dict[str, Any], np.ndarray]):
                 [self._task],
                 instructor=self._instructor,
                 max_episode_steps=self._max_episode_steps,
+                physics=self._physics,
                 num_threads=1,
             )
         return self._world

@@ -22,7 +22,7 @@ import torch
 from torch import Tensor
 
 from hv_sim.humanoid import CONTROL_HZ, ROBOT_NQ
-from hv_sim.physics import PhysicsState, contact_addresses, layout_of, merged, objects_in, state_of, substeps_of
+from hv_sim.physics import PhysicsState, contact_addresses, layout_of, objects_in, state_of, substeps_of
 
 MAX_CONTACTS, MAX_CONSTRAINTS = 96, 512
 """Room for each world; a robot that stands among two objects takes about 16 and 80."""
@@ -167,11 +167,9 @@ class WarpPhysics:
             self._check_room(group)
 
     def state(self) -> PhysicsState:
-        parts = []
-        for group in self.groups:
-            view = {name: getattr(group.data, name).numpy() for name in _FIELDS}
-            parts.append(state_of(view, group.contact_address, self.num_objects))
-        return merged(parts, [g.ids for g in self.groups])
+        views = [{name: getattr(group.data, name).numpy() for name in _FIELDS} for group in self.groups]
+        groups = [(g.ids, view, g.contact_address) for g, view in zip(self.groups, views, strict=True)]
+        return state_of(groups, self.num_envs, self.num_objects)
 
     def model(self, env: int) -> mujoco.MjModel:
         return self.groups[self._group_of[env]].models[self._row_of[env]]

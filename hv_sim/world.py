@@ -91,6 +91,8 @@ class RearrangeWorld:
         self._half_extents = _pad([torch.as_tensor(s.half_extents_m) for s in self.scenes], objects).float()
 
         self._rows = torch.arange(self.num_envs)
+        self._shape_of = torch.full((self.num_envs,), -1)
+        self._shape = self._bps[:, 0], self._half_extents[:, 0]
         self.episode_step = torch.zeros(self.num_envs, dtype=torch.int64)
         """(N,) control steps since the episode began."""
         self.fallen = torch.zeros(self.num_envs, dtype=torch.bool)
@@ -111,6 +113,11 @@ class RearrangeWorld:
     def state(self) -> PhysicsState:
         """The physical state after the last `step` or `reset`."""
         return self._state
+
+    @property
+    def heading(self) -> Heading:
+        """The heading frames of that state."""
+        return self._heading
 
     @property
     def subtask_index(self) -> Tensor:
@@ -245,13 +252,15 @@ class RearrangeWorld:
         index = self.subtask_index
         obj = self.object_index
         rows = self._rows
+        if not torch.equal(obj, self._shape_of):  # 600 numbers an environment, and they seldom change
+            self._shape, self._shape_of = (self._bps[rows, obj], self._half_extents[rows, obj]), obj
         return Observation(
             proprioception=proprioception(self.state, self._heading),
             object=object_observation(self.state, obj, self._heading),
             goal=goal_observation(self.goal_pos_w[rows, index], self.goal_rot_w[rows, index], self._heading),
             waypoint=waypoint_observation(self.navigator.current_waypoint, self._heading),
-            bps=self._bps[rows, obj],
-            half_extents=self._half_extents[rows, obj],
+            bps=self._shape[0],
+            half_extents=self._shape[1],
         )
 
     # what came of it

@@ -18,6 +18,7 @@ from rsl_rl.storage import RolloutStorage
 from tensordict import TensorDict
 from torch import Tensor, nn
 
+from hv_teachers.ranks import Ranks
 from hv_teachers.style import FRAME_DIM, WINDOW_FRAMES, MotionSet
 
 WINDOW_DIM = WINDOW_FRAMES * FRAME_DIM
@@ -127,15 +128,24 @@ class WindowReplay:
 
 
 class MaskedRolloutStorage(RolloutStorage):
-    """A storage that leaves some transitions out of the mini-batches: those in which somebody else acted."""
+    """A storage that leaves some transitions out of the mini-batches: those in which somebody else acted.
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
+    Mini-batches are drawn from the transitions of all processes; each yields its own of them.
+    """
+
+    def __init__(self, *args: Any, ranks: Ranks, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
+        self.ranks = ranks
+        self.share = 1.0
+        """Of the present mini-batch, what is here."""
         self.valid = torch.ones(self.num_transitions_per_env, self.num_envs, dtype=torch.bool)
 
     def mini_batch_generator(self, num_mini_batches: int, num_epochs: int = 8) -> Iterator[RolloutStorage.Batch]:
-        """Shuffled mini-batches of the valid transitions."""
-        valid = self.valid.flatten().nonzero()[:, 0]
+        """Shuffled mini-batches of the valid transitions.
+
+        Where nothing of one is here, any row comes instead, and `share` is 0.
+        """
+        valid = self.ranks.gather(self.valid, 1).flatten().nonzero()[:, 0]
         size = max(1, len(valid) // num_mini_batches)
         flat = {name: getattr(self, name).flatten(0, 1) for name in ("observations", "actions", "values", "returns")}
         log_prob, advantages = self.actions_log_prob.flatten(0, 1), self.advantages.flatten(0, 1)
@@ -144,14 +154,24 @@ class MaskedRolloutStorage(RolloutStorage):
         for _ in range(num_epochs):
             order = valid[torch.randperm(len(valid))]
             for i in range(num_mini_batches):
-                rows = order[i * size : (i + 1) * size]
-                if len(rows):
+                numbers = order[i * size : (i + 1) * size]
+                if len(numbers):
+                    rows = self._here(numbers)
+                    self.share = len(rows) / len(numbers)
+                    rows = rows if len(rows) else torch.zeros(1, dtype=torch.int64)
                     yield RolloutStorage.Batch(
                         **{name: value[rows] for name, value in flat.items()},
                         advantages=advantages[rows],
                         old_actions_log_prob=log_prob[rows],
                         old_distribution_params=tuple(p[rows] for p in parameters),
                     )
+
+    def _here(self, numbers: Tensor) -> Tensor:
+        """Rows of this process among transitions `numbers` (B,) of all of them."""
+        step = numbers // (self.ranks.count * self.num_envs)
+        env = numbers % (self.ranks.count * self.num_envs) - self.ranks.rank * self.num_envs
+        mine = (env >= 0) & (env < self.num_envs)
+        return (step * self.num_envs + env)[mine]
 
 
 class AmpPPO(PPO):
@@ -166,6 +186,8 @@ class AmpPPO(PPO):
         critic_learning_rate: the critic's own; None: as the actor's.
         reward_scale: of the sum of both rewards. rsl_rl's critic moves by at most its clip an update: returns must not
             be much larger than a few units, and rewards of .7 a step make returns of 70.
+        ranks: the processes that train it, each with its own environments. Gradients are summed over them, weighed
+            with their shares of a mini-batch; the discriminator sees the same windows in every process.
         others: rsl_rl's PPO.
     """
 
@@ -178,6 +200,7 @@ class AmpPPO(PPO):
         style: StyleConfig | None = None,
         critic_learning_rate: float | None = None,
         reward_scale: float = 1.0,
+        ranks: Ranks | None = None,
         **others: Any,
     ) -> None:
         masked = MaskedRolloutStorage(
@@ -187,7 +210,9 @@ class AmpPPO(PPO):
             storage.observations[0],
             storage.actions_shape,
             storage.device,
+            ranks=ranks or Ranks(),
         )
+        self.ranks = masked.ranks
         super().__init__(actor, critic, masked, **others)
         if critic_learning_rate is not None:
             own = {"params": list(self.critic.parameters()), "lr": critic_learning_rate}
@@ -217,28 +242,37 @@ class AmpPPO(PPO):
         super().compute_returns(obs)
         if not self.normalize_advantage_per_mini_batch:
             # the mean and spread of those that count
-            st, valid = self.storage, self.storage.valid[..., None]  # type: ignore[attr-defined]
-            chosen = (st.returns - st.values)[valid]
+            st = self.storage
+            valid = self.ranks.gather(st.valid, 1)  # type: ignore[attr-defined]
+            chosen = self.ranks.gather(st.returns - st.values, 1)[valid]
             if len(chosen) > 1:
                 st.advantages = ((st.returns - st.values) - chosen.mean()) / (chosen.std() + 1e-8)
 
     def update(self) -> dict[str, float]:
         shown = self._update_discriminator() if self.motion_set is not None and self._windows else {}
-        if not self.storage.valid.any():  # type: ignore[attr-defined]
+        if not self.ranks.gather(self.storage.valid, 1).any():  # type: ignore[attr-defined]
             self.storage.clear()
             return {"value": 0.0, "surrogate": 0.0, "entropy": 0.0, **shown}
-        return {**super().update(), **shown}
+        return {**self.ranks.means(super().update()), **shown}
+
+    def reduce_parameters(self) -> None:
+        parameters = [*self.actor.parameters(), *self.critic.parameters()]
+        for parameter in parameters:
+            if parameter.grad is not None:
+                parameter.grad *= self.storage.share  # type: ignore[attr-defined]
+        self.ranks.sum_gradients(parameters)
 
     def _update_discriminator(self) -> dict[str, float]:
         assert self.motion_set is not None
-        current = torch.cat(self._windows)
+        current, ranks = torch.cat(self._windows), self.ranks
+        numbers, total = ranks.numbers(self.storage.valid)  # type: ignore[attr-defined]
         self._windows = []
         totals: dict[str, float] = {}
-        if not len(current):
+        if not total:
             return totals
         config = self.style
         for _ in range(config.batches):
-            agent = current[torch.randint(len(current), (config.batch_size,))]
+            agent = ranks.rows(current, numbers, total, torch.randint(total, (config.batch_size,)))
             if len(self.replay.windows):
                 agent = torch.cat([agent, self.replay.sample(config.batch_size)])
             good = self.motion_set.sample(config.batch_size).to(agent)
@@ -247,16 +281,12 @@ class AmpPPO(PPO):
             loss, shown = discriminator_loss(self.discriminator, good, agent, config)
             self.style_optimizer.zero_grad()
             loss.backward()
-            if self.is_multi_gpu:
-                for p in self.discriminator.parameters():
-                    torch.distributed.all_reduce(p.grad)
-                    p.grad /= self.gpu_world_size  # type: ignore[operator]
             self.style_optimizer.step()
             shown["style_loss"] = float(loss.detach())
             for name, value in shown.items():
                 totals[name] = totals.get(name, 0.0) + value / config.batches
-        kept = torch.randperm(len(current))[: config.replay_keep]
-        self.replay.add(current[kept])
+        kept = torch.randperm(total)[: config.replay_keep]
+        self.replay.add(ranks.rows(current, numbers, total, kept))
         return totals
 
     def train_mode(self) -> None:
@@ -287,5 +317,4 @@ class AmpPPO(PPO):
 
     def broadcast_parameters(self) -> None:
         super().broadcast_parameters()
-        for tensor in self.discriminator.state_dict().values():
-            torch.distributed.broadcast(tensor, src=0)
+        self.ranks.copy_from_first(self.discriminator)

@@ -21,7 +21,6 @@ from hv_policy.belief.student import Following
 from hv_policy.decision.memory import TaskMemory
 from hv_policy.decision.view import Phase
 from hv_policy.modeling_hv import HVPolicy
-from hv_sim.observations import Heading
 from hv_sim.rendering import StepCamera
 from hv_sim.world import RearrangeWorld
 from hv_teachers.knowledge import Knowledge
@@ -147,7 +146,7 @@ def teacher_leads(seeds: Sequence[int | None], steps: Sequence[int], beta: float
 
 def _true_pose(world: RearrangeWorld) -> Tensor:
     """(N, 3) x, y, yaw of the robots in the world."""
-    heading = Heading.of(world.state)
+    heading = world.heading
     yaw = torch.atan2(heading.sin, heading.cos)
     return torch.cat([world.state.link_pos_w[:, 0, :2], yaw[:, None]], -1)
 

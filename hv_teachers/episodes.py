@@ -101,6 +101,7 @@ def run_episodes(
     policy: EvaluatedPolicy,
     max_episode_steps: int | None = None,
     instructor: InstructorConfig | None = None,
+    physics: str = "cpu",
 ) -> list[EpisodeOutcome]:
     """Plays episodes to their ends, side by side where the policy does not see, on one thread.
 
@@ -111,11 +112,16 @@ def run_episodes(
         policy: who acts.
         max_episode_steps: control steps before an episode is cut off (default: the world's).
         instructor: thresholds of Algorithm 3.
+        physics: one of `hv_sim.physics_backends.BACKENDS`; bit for bit holds for `cpu`.
     """
     if policy.sees:
-        return [film_episode(episode, policy, max_episode_steps, instructor) for episode in episodes]
+        return [film_episode(e, policy, max_episode_steps, instructor, physics=physics) for e in episodes]
     world = RearrangeWorld(
-        [e.task for e in episodes], max_episode_steps=max_episode_steps, instructor=instructor, num_threads=1
+        [e.task for e in episodes],
+        max_episode_steps=max_episode_steps,
+        instructor=instructor,
+        num_threads=1,
+        physics=physics,
     )
     world.reset(seeds=[e.seed for e in episodes])
     policy.reset(len(episodes))
@@ -134,6 +140,7 @@ def film_episode(
     instructor: InstructorConfig | None = None,
     on_frame: Callable[[np.ndarray], None] | None = None,
     frame_stride: int = 2,
+    physics: str = "cpu",
 ) -> EpisodeOutcome:
     """Plays one episode in `RearrangeEnv`, as a policy with a camera needs it and as `lerobot-eval` does.
 
@@ -143,8 +150,10 @@ def film_episode(
         max_episode_steps: control steps before it is cut off (default: the world's).
         instructor: thresholds of Algorithm 3.
         on_frame: is given a picture of the episode every `frame_stride` steps.
+        frame_stride: see there.
+        physics: one of `hv_sim.physics_backends.BACKENDS`; pictures are OpenGL's all the same.
     """
-    env = RearrangeEnv(episode.task, max_episode_steps=max_episode_steps, instructor=instructor)
+    env = RearrangeEnv(episode.task, max_episode_steps=max_episode_steps, instructor=instructor, physics=physics)
     try:
         observation = env.reset(seed=episode.seed)[0] if policy.sees else None
         world = env.world

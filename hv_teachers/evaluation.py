@@ -24,6 +24,7 @@ import numpy as np
 
 from hv_sim.instructor import InstructorConfig
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M, summarize
+from hv_sim.physics_backends import check_backend
 from hv_sim.task import Task
 from hv_teachers.engines import Slice, check_engine, run_jobs
 from hv_teachers.episodes import FAILURES, Episode, EpisodeOutcome, film_episode, run_episodes, tasks_fingerprint
@@ -47,6 +48,11 @@ class EvaluationConfig:
     max_episode_steps: int | None = None
     instructor: InstructorConfig = field(default_factory=InstructorConfig)
     """Thresholds of Algorithm 3; None for one of them is an ablation of the paper."""
+    physics: str = "cpu"
+    """See `hv_sim.physics_backends`. With `warp` an episode depends on its company, by rounding."""
+
+    def __post_init__(self) -> None:
+        check_backend(self.physics)
 
 
 class EvaluationError(RuntimeError):
@@ -267,6 +273,7 @@ def _begin(output: Path, plan: dict[str, Any]) -> list[EpisodeOutcome]:
             before = json.loads(file.read_text(encoding="utf-8"))
         except ValueError as error:
             raise EvaluationError(f"{file}: damaged ({error}); choose another folder") from None
+        before = {"physics": "cpu", **before}  # folders that are older than the choice
         for name, value in plan.items():
             if before.get(name) != value:
                 raise EvaluationError(f"{output}: holds an evaluation with {name}={before.get(name)!r}, not {value!r}")
@@ -294,12 +301,14 @@ def _load(policy: str) -> None:
 def _run(job: _Job) -> list[EpisodeOutcome]:
     config = job.config
     if job.output is None:
-        return run_episodes(job.episodes, _POLICY, config.max_episode_steps, config.instructor)
+        return run_episodes(job.episodes, _POLICY, config.max_episode_steps, config.instructor, config.physics)
     from lerobot.utils.io_utils import write_video
 
     frames: list[np.ndarray] = []
     (episode,) = job.episodes
-    outcome = film_episode(episode, _POLICY, config.max_episode_steps, config.instructor, frames.append)
+    outcome = film_episode(
+        episode, _POLICY, config.max_episode_steps, config.instructor, frames.append, physics=config.physics
+    )
     path = video_path(job.output, episode.task.name, episode.repeat)
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_suffix(".tmp.mp4")

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from hv_policy.decision.view import Phase
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
-from hv_sim.observations import Heading, proprioception
+from hv_sim.observations import proprioception
 from hv_sim.rendering import StepCamera
 from hv_sim.world import RearrangeWorld
 from hv_teachers.corrected_student import CorrectedStudent
@@ -69,7 +69,7 @@ class PlannerExpert(_Does):
         replan_routes(world, ((self.planner.lost | kicked) & ~world.done).nonzero()[:, 0])
         changed = self.routes.follow(world)
         self.planner.reset(changed[~self.planner.lost[changed]])  # a new sub-task, not one that is tried again
-        heading = Heading.of(world.state)
+        heading = world.heading
         view = self.routes.view(world, heading)
         memory = memory_of(self.planner).vector(view)
         intent = self.planner(view)

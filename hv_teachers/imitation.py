@@ -10,6 +10,7 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 
 from hv_policy.decision.network import DecisionNetwork
+from hv_teachers.ranks import places
 from hv_teachers.teacher import Sight
 from hv_teachers.teacher_env import Label
 
@@ -56,17 +57,53 @@ class Samples:
         return Samples(*(getattr(self, name)[rows] for name in vars(self)))
 
 
+@dataclass
+class SharedSamples:
+    """Samples that the processes of a training hold together, numbered as one process would number them."""
+
+    here: Samples
+    """Those of this process, (k,) rows."""
+    numbers: Tensor
+    """(k,) int64."""
+    total: int
+    """How many there are, here and elsewhere."""
+
+    def __post_init__(self) -> None:
+        self._row = places(self.numbers, self.total)
+
+    @staticmethod
+    def alone(samples: Samples) -> SharedSamples:
+        """There is no other process."""
+        return SharedSamples(samples, torch.arange(len(samples)), len(samples))
+
+    def __len__(self) -> int:
+        return self.total
+
+    def at(self, numbers: Tensor) -> Samples:
+        """Those of `numbers` (B,) that are here, in their order: at most B rows."""
+        rows = self._row[numbers]
+        return self.here.at(rows[rows >= 0])
+
+    @staticmethod
+    def join(parts: list[SharedSamples]) -> SharedSamples:
+        numbers, total = [], 0
+        for part in parts:
+            numbers.append(part.numbers + total)
+            total += part.total
+        return SharedSamples(Samples.join([part.here for part in parts]), torch.cat(numbers), total)
+
+
 class ImitationBuffer:
     """The newest samples; each round is a file, so that a killed training finds them again.
 
     Args:
-        folder: of the files.
-        capacity: samples kept; whole rounds are dropped.
+        folder: of the files; every process of a training has its own.
+        capacity: samples kept, those of other processes counted; whole rounds are dropped.
     """
 
     def __init__(self, folder: Path, capacity: int) -> None:
         self.folder, self.capacity = Path(folder), capacity
-        self.rounds: dict[int, Samples] = {}
+        self.rounds: dict[int, SharedSamples] = {}
         self.geometry = torch.zeros(0, 600)
         """(G, 600) the shapes seen so far."""
         self._row_of: dict[bytes, int] = {}
@@ -84,11 +121,14 @@ class ImitationBuffer:
             self.geometry = torch.cat([self.geometry, torch.stack(new)])
         return torch.tensor(rows, dtype=torch.int32)
 
-    def add(self, number: int, samples: Samples) -> None:
+    def add(self, number: int, samples: SharedSamples) -> None:
         """Adds a round's samples and writes them."""
         self.rounds[number] = samples
         self.folder.mkdir(parents=True, exist_ok=True)
-        _write(self.folder / f"round_{number:05d}.safetensors", samples.tensors())
+        tensors = samples.here.tensors()
+        if len(samples.here) < samples.total:  # a lone process numbers its own in their order
+            tensors |= {"number": samples.numbers, "total": torch.tensor([samples.total])}
+        _write(self.folder / f"round_{number:05d}.safetensors", tensors)
         while len(self) > self.capacity and len(self.rounds) > 1:
             oldest = min(self.rounds)
             del self.rounds[oldest]
@@ -96,9 +136,9 @@ class ImitationBuffer:
     def __len__(self) -> int:
         return sum(len(s) for s in self.rounds.values())
 
-    def all(self) -> Samples:
+    def all(self) -> SharedSamples:
         """Everything in it."""
-        return Samples.join([self.rounds[k] for k in sorted(self.rounds)])
+        return SharedSamples.join([self.rounds[k] for k in sorted(self.rounds)])
 
     def state(self) -> dict[str, object]:
         """What a checkpoint needs beside the files."""
@@ -113,7 +153,13 @@ class ImitationBuffer:
         self.rounds = {}
         for number in saved["rounds"]:
             tensors = load_file(str(self.folder / f"round_{number:05d}.safetensors"))
-            self.rounds[int(number)] = Samples(**tensors)
+            numbers, total = tensors.pop("number", None), tensors.pop("total", None)
+            samples = Samples(**tensors)
+            self.rounds[int(number)] = (
+                SharedSamples.alone(samples)
+                if numbers is None or total is None
+                else SharedSamples(samples, numbers, int(total))
+            )
         self.geometry = saved["geometry"].clone()
         self._row_of = {row.numpy().tobytes(): i for i, row in enumerate(self.geometry)}
 

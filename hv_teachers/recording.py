@@ -306,7 +306,8 @@ def roll_attempts(
     """
     tasks = [task for task, _ in attempts]
     seeds = [attempt_seed(config.seed, task.name, repeat) for task, repeat in attempts]
-    world = RearrangeWorld(tasks, max_episode_steps=config.max_episode_steps, physics=config.physics)
+    # a process is a core: more cores are more processes
+    world = RearrangeWorld(tasks, max_episode_steps=config.max_episode_steps, num_threads=1, physics=config.physics)
     world.reset(seeds=seeds)
     expert = make_expert(len(attempts))
     expert.reset()

@@ -7,6 +7,7 @@ HumanVLA's practice, which the paper omits: without them a robot that has arrive
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -75,12 +76,17 @@ class RewardInputs:
     object_pos: Tensor  # (N, 3)
     object_rot: Tensor  # (N, 3, 3)
     object_vel: Tensor  # (N, 3)
-    object_points: Tensor  # (N, P, 3) on the object's surface
+    object_points: Tensor  # (N, P, 3) on the object's surface, object frame
     object_start_height: Tensor  # (N,) of its centre, when the instruction was given
     goal_pos: Tensor  # (N, 3)
     goal_rot: Tensor  # (N, 3, 3)
     robot_guide: Tensor  # (N, 2) where the robot should walk to: a waypoint before the object, then the object
     object_guide: Tensor  # (N, 2) where the object should go: a waypoint before the goal, then the goal
+
+    @cached_property
+    def object_goal_m(self) -> Tensor:
+        """(N,) how far the object is from its goal: half of the terms ask."""
+        return (self.object_pos - self.goal_pos).norm(dim=-1)
 
 
 def surface_points(bps: Tensor, half_extents: Tensor) -> Tensor:
@@ -117,7 +123,7 @@ def read_world(world: RearrangeWorld, object_points: Tensor, object_start_height
         object_pos=position,
         object_rot=rotation,
         object_vel=state.object_lin_vel_w[rows, index],
-        object_points=object_points @ rotation.mT + position[:, None],
+        object_points=object_points,
         object_start_height=object_start_height,
         goal_pos=goal,
         goal_rot=world.goal_rot_w[rows, world.subtask_index],
@@ -167,7 +173,7 @@ def object2goal_pos_far(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
 
 def object2goal_pos_near(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
     """exp(-5 |p_o - p_g|)."""
-    return torch.exp(-5.0 * object_goal_distance_m(x))
+    return torch.exp(-5.0 * x.object_goal_m)
 
 
 def object2goal_rot(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
@@ -206,7 +212,7 @@ def retreat_rewards(x: RewardInputs, config: RetreatRewardConfig) -> dict[str, T
     hand = hand_distances_m(x).amin(-1)
     robot_term = _or_one(1.0 - torch.exp(-0.5 * robot), robot > config.robot_object_m)
     hand_term = _or_one(1.0 - torch.exp(-0.5 * hand), hand > config.hand_object_m)
-    placed = (object_goal_distance_m(x) < config.object_goal_m).to(robot.dtype)
+    placed = (x.object_goal_m < config.object_goal_m).to(robot.dtype)
     return {
         "retreat_robot2object": config.robot2object * robot_term * placed,
         "retreat_hand2object": config.hand2object * hand_term * placed,
@@ -218,17 +224,16 @@ def retreat_rewards(x: RewardInputs, config: RetreatRewardConfig) -> dict[str, T
 
 def hand_distances_m(x: RewardInputs) -> Tensor:
     """(N, 2) of each hand's centre from the nearest point of the object."""
-    return torch.stack([(x.object_points - x.hands[:, i, None]).norm(dim=-1).amin(-1) for i in range(2)], -1)
-
-
-def object_goal_distance_m(x: RewardInputs) -> Tensor:
-    """(N,)."""
-    return (x.object_pos - x.goal_pos).norm(dim=-1)
+    hands = (x.hands - x.object_pos[:, None]) @ x.object_rot  # in the object's frame: two points to turn, not P
+    squared = torch.zeros(1)
+    for point, hand in zip(x.object_points.unbind(-1), hands.unbind(-1), strict=True):
+        squared = squared + (point[:, None] - hand[..., None]).square()
+    return squared.amin(-1).sqrt()
 
 
 def at_goal(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
     """(N,) bool: the object is so near to its goal that nothing more is asked of the way there."""
-    return object_goal_distance_m(x) < c.near_goal_m
+    return x.object_goal_m < c.near_goal_m
 
 
 def rotation_angle_rad(a: Tensor, b: Tensor) -> Tensor:

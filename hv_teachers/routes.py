@@ -52,7 +52,7 @@ class RouteViews:
 
     def view(self, world: RearrangeWorld, heading: Heading | None = None) -> TaskView:
         """What there is to see now."""
-        heading = Heading.of(world.state) if heading is None else heading
+        heading = world.heading if heading is None else heading
         state, rows = world.state, self._rows
         index = world.object_index
         position, rotation = state.object_pos_w[rows, index], state.object_rot_w[rows, index]

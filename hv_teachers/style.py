@@ -78,8 +78,10 @@ class StyleHistory:
     def add(self, frame: Tensor) -> Tensor:
         """Adds (N, 131) and returns the windows (N, 10 * 131)."""
         moved = torch.cat([self.frames[:, 1:], frame[:, None]], 1)
-        self.frames = torch.where(self.fresh[:, None, None], frame[:, None].expand_as(moved), moved)
-        self.fresh = torch.zeros_like(self.fresh)
+        if self.fresh.any():
+            moved = torch.where(self.fresh[:, None, None], frame[:, None].expand_as(moved), moved)
+            self.fresh = torch.zeros_like(self.fresh)
+        self.frames = moved
         return self.frames.flatten(1)
 
 

@@ -18,7 +18,6 @@ from hv_policy.decision.view import Phase, TaskView, to_heading
 from hv_policy.decision.weights import load_decision, save_decision
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
-from hv_sim.observations import Heading
 from hv_sim.world import RearrangeWorld
 from hv_teachers.knowledge import Knowledge
 from hv_teachers.routes import RouteViews, replan_routes
@@ -86,7 +85,7 @@ class TeacherSenses:
         again = self.lost[changed]
         self.memory.reset(changed[~again])  # a new sub-task, not one that is tried again
         self.last_action[changed] = 0.0
-        heading = Heading.of(world.state)
+        heading = world.heading
         view = truth = self.routes.view(world, heading)
         observation = world.observe()
         if self.noise is not None:

@@ -107,6 +107,8 @@ class TeacherEnv:
         prior: the controller below; never trained here.
         seed: of the episodes.
         first: the teacher that plays all but the last sub-task of an episode (Stage 3's teacher 1).
+        number: of the first of these environments, where they are a share of more (`hv_teachers.ranks`).
+        total: how many those are (default: just these); an environment's number and `total` decide its seeds.
     """
 
     def __init__(
@@ -117,6 +119,9 @@ class TeacherEnv:
         prior: MotorPrior,
         seed: int,
         first: DecisionNetwork | None = None,
+        *,
+        number: int = 0,
+        total: int | None = None,
     ) -> None:
         self.config, self.teacher, self.prior, self.seed, self.first = config, teacher, prior, seed, first
         most = max(len(task.subtasks) for task in tasks)
@@ -128,6 +133,7 @@ class TeacherEnv:
             physics=config.physics,
         )
         self.num_envs = self.world.num_envs
+        self._number, self._total = number, total or self.num_envs
         self._max_steps = config.steps_per_subtask * self.world.instructor.num_subtasks
         self._rows = torch.arange(self.num_envs)
         self._units = DecisionNetwork(DecisionConfig(action=teacher.action, memory="none", hidden=(1,), geometry=0))
@@ -138,6 +144,7 @@ class TeacherEnv:
         """(N,) episodes begun so far."""
         self.start_height = torch.zeros(self.num_envs)
         self._height_of = torch.full((self.num_envs,), -1)
+        self._points, self._points_of = torch.zeros(self.num_envs, 200, 3), torch.full((self.num_envs,), -1)
         self._seen: Sight | None = None
         self.ended: dict[str, float] = {}
         """Sums over the episodes that ended in the last step."""
@@ -154,7 +161,7 @@ class TeacherEnv:
         """New episodes in environments `ids` (n,)."""
         if not len(ids):
             return
-        seeds = [self.seed + int(i) + self.num_envs * int(self.episodes[i]) for i in ids]
+        seeds = [self.seed + self._number + int(i) + self._total * int(self.episodes[i]) for i in ids]
         self.world.reset(ids, seeds=seeds)
         self.episodes[ids] += 1
         self.senses.reset(ids)
@@ -173,6 +180,11 @@ class TeacherEnv:
         height = self.world.state.object_pos_w[self._rows, self.world.object_index, 2]
         self.start_height = torch.where(new, height, self.start_height)
         self._height_of = index.clone()
+        other = (self.world.object_index != self._points_of).nonzero()[:, 0]
+        if len(other):
+            geometry = seen.geometry[other].unflatten(-1, (-1, 3))
+            self._points[other] = surface_points(geometry, seen.half_extents[other])
+            self._points_of[other] = self.world.object_index[other]
         if not self.senses.remembers_phase:
             self.planner.reset((new | self.senses.lost).nonzero()[:, 0])
         return seen
@@ -225,9 +237,9 @@ class TeacherEnv:
         world.step(targets)
         self._seen = None
         self.senses.acted(action)
-        frame = style_frame(world.state, world.state.object_pos_w[self._rows, index])
+        frame = style_frame(world.state, world.state.object_pos_w[self._rows, index], world.heading)
         windows = self.history.add(frame)
-        terms = self._rewards(seen)
+        terms = self._rewards()
         accepted = world.num_finished - before
         fell = world.fallen if self.config.end_when_fallen else torch.zeros_like(world.fallen)
         over = world.finished | (world.episode_step >= self._max_steps)
@@ -240,9 +252,8 @@ class TeacherEnv:
         self.begin((failed | over).nonzero()[:, 0])
         return outcome
 
-    def _rewards(self, seen: Sight) -> dict[str, Tensor]:
-        points = surface_points(seen.geometry.unflatten(-1, (-1, 3)), seen.half_extents)
-        x = read_world(self.world, points, self.start_height)
+    def _rewards(self) -> dict[str, Tensor]:
+        x = read_world(self.world, self._points, self.start_height)
         if self.config.reward == "retreat":
             return retreat_rewards(x, self.config.retreat_reward)
         return task_rewards(x, self.config.task_reward)

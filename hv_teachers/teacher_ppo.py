@@ -17,6 +17,7 @@ from torch import Tensor, nn
 from hv_policy.decision.memory import NUM_PHASES
 from hv_policy.decision.network import DecisionNetwork
 from hv_teachers.amp import AmpPPO, StyleConfig
+from hv_teachers.ranks import Ranks
 from hv_teachers.style import MotionSet
 from hv_teachers.teacher import Decision, Sight
 from hv_teachers.teacher_config import PpoConfig
@@ -29,17 +30,18 @@ SEEN = ("sights", "anchors", "geometry", "memory")
 class TeacherActor(MLPModel):
     """Wraps a `DecisionNetwork`: its action is the mean of a Gaussian of fixed spread.
 
-    Which phase it is has been decided before; PPO improves what is done in it.
+    Which phase it is has been decided before; PPO improves what is done in it. What it draws for each environment
+    does not depend on how many processes share them.
     """
 
     def __init__(
         self, obs: TensorDict, obs_groups: dict[str, list[str]], obs_set: str, output_dim: int,
-        network: DecisionNetwork, noise: float,
+        network: DecisionNetwork, noise: float, ranks: Ranks,
     ) -> None:  # fmt: skip
         nn.Module.__init__(self)
         self.obs_groups, self.obs_dim = self._get_obs_dim(obs, obs_groups, obs_set)
         self.obs_normalization = False
-        self.network = network
+        self.network, self.ranks = network, ranks
         self.distribution = GaussianDistribution(output_dim, init_std=noise, learn_std=False)
 
     def forward(
@@ -48,7 +50,10 @@ class TeacherActor(MLPModel):
         mean = self.network(*(obs[group] for group in SEEN))
         if stochastic_output:
             self.distribution.update(mean)
-            return self.distribution.sample()
+            if not torch.is_grad_enabled():  # an update only wants the distribution
+                total = self.ranks.count * len(mean)
+                drawn = torch.randn(total, mean.shape[1])[self.ranks.share(total)]
+                return mean + self.distribution.std * drawn
         return mean
 
 
@@ -76,14 +81,22 @@ def observations(env: TeacherEnv, seen: Sight, decision: Decision, label: Label 
 
 
 def build_ppo(
-    network: DecisionNetwork, first: TensorDict, config: PpoConfig, style: StyleConfig, motion_set: MotionSet | None
+    network: DecisionNetwork,
+    first: TensorDict,
+    config: PpoConfig,
+    style: StyleConfig,
+    motion_set: MotionSet | None,
+    ranks: Ranks | None = None,
 ) -> AmpPPO:
     """rsl_rl's PPO around a network; `first` is any observation of the environment."""
+    ranks = ranks or Ranks()
+    others = {"global_rank": ranks.rank, "world_size": ranks.count} if ranks.count > 1 else None
     cfg = {
         "algorithm": {
             "class_name": "hv_teachers.amp:AmpPPO",
             "motion_set": motion_set,
             "style": style,
+            "ranks": ranks,
             "reward_scale": config.reward_scale,
             "num_learning_epochs": config.epochs,
             "num_mini_batches": config.mini_batches,
@@ -95,7 +108,12 @@ def build_ppo(
             "clip_param": config.clip,
             "entropy_coef": 0.0,
         },
-        "actor": {"class_name": "hv_teachers.teacher_ppo:TeacherActor", "network": network, "noise": config.noise},
+        "actor": {
+            "class_name": "hv_teachers.teacher_ppo:TeacherActor",
+            "network": network,
+            "noise": config.noise,
+            "ranks": ranks,
+        },
         "critic": {
             "class_name": "rsl_rl.models:MLPModel",
             "hidden_dims": list(config.critic_hidden),
@@ -104,7 +122,7 @@ def build_ppo(
         },
         "obs_groups": {"actor": list(SEEN), "critic": ["sights", "anchors", "critic"]},
         "num_steps_per_env": config.steps_per_iteration,
-        "multi_gpu": None,
+        "multi_gpu": others,
         "torch_compile_mode": None,
     }
     env = SimpleNamespace(num_actions=network.config.num_actions, num_envs=first.batch_size[0])

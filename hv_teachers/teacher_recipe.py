@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from hv_sim.instructor import InstructorConfig
+from hv_teachers.ranks import Ranks
 from hv_teachers.teacher import TEACHER_FILES
 from hv_teachers.teacher_config import TeacherTrainingConfig, plain, read_yaml, training_config
 from hv_teachers.teacher_training import train_teacher
@@ -82,7 +83,12 @@ def read_recipe(name_or_path: str) -> Recipe:
 
 
 def train_recipe(
-    recipe: Recipe, output: Path, overrides: dict[str, Any] | None = None, *, progress: bool = True
+    recipe: Recipe,
+    output: Path,
+    overrides: dict[str, Any] | None = None,
+    *,
+    ranks: Ranks | None = None,
+    progress: bool = True,
 ) -> None:
     """Trains every stage in turn, going on where it was, and gathers the teachers in `output`.
 
@@ -93,12 +99,13 @@ def train_recipe(
         recipe: what to train.
         output: folder.
         overrides: configuration keys for every stage; `reuse.STAGE` copies a stage's folder instead of training it.
+        ranks: the processes that train (default: this one alone).
         progress: show bars.
 
     Raises:
         ValueError: a stage's configuration is not valid, or a folder to be reused holds no weights.
     """
-    output = Path(output)
+    output, ranks = Path(output), ranks or Ranks()
     values = dict(overrides or {})
     reuse = {key.removeprefix("reuse."): Path(str(values.pop(key))) for key in list(values) if key.startswith("reuse.")}
     unknown = [stage for stage in reuse if stage not in recipe.stages]
@@ -113,10 +120,18 @@ def train_recipe(
             source = reuse[stage] / "teacher.safetensors"
             if not source.is_file():
                 raise ValueError(f"reuse.{stage}: {source} does not exist")
-            target.parent.mkdir(parents=True, exist_ok=True)
-            _copy(source, target)
+            if ranks.is_first:
+                target.parent.mkdir(parents=True, exist_ok=True)
+                _copy(source, target)
+            ranks.wait()
         else:
-            train_teacher(config, output / stage, progress=progress)
+            train_teacher(config, output / stage, ranks=ranks, progress=progress)
+    if ranks.is_first:
+        _gather(recipe, output, samples)
+    ranks.wait()
+
+
+def _gather(recipe: Recipe, output: Path, samples: dict[str, int]) -> None:
     for name, whose in zip(TEACHER_FILES, (recipe.teacher_1, recipe.teacher_2), strict=True):
         if whose is None:
             (output / name).unlink(missing_ok=True)

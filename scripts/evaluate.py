@@ -35,7 +35,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         config = EvaluationConfig(
             options.policy, options.suite, options.repeats, options.seed, options.max_episode_steps,
-            read_instructor(options.instructor),
+            read_instructor(options.instructor), options.physics,
         )  # fmt: skip
         tasks = resolve_tasks(options.suite)
         if options.n_tasks is not None:
@@ -116,6 +116,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=_positive, default=0, help="processes (default: one a core)")
     parser.add_argument("--engine", choices=("pool", "ray"), default="pool", help="who runs the processes")
+    parser.add_argument("--physics", choices=("cpu", "warp"), default="cpu", help="engine of the simulation")
     parser.add_argument("--shard", metavar="I/N", help="play only this slice of the episodes")
     parser.add_argument("--max-episode-steps", type=_positive, help="control steps (30 a second) of an episode")
     parser.add_argument("--videos", nargs="*", default=[], metavar="TASK", help="names of tasks to film")

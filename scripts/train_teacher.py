@@ -8,15 +8,21 @@ Stages: 1 single objects from many starts, 2 let go and step back, 3 the second 
 first; `student` is what the policy that sees decides with, learned with errors of sight (docs/student.md). Keys are
 those of hv_teachers.teacher_config.TeacherTrainingConfig, dotted, and `output`. With a recipe they hold for every
 stage; `reuse.STAGE=FOLDER` takes a stage from another training.
+
+Several processes, on one machine or many, share the environments and learn what one would (docs/scaling.md):
+torchrun --nproc-per-node=2 -m hv_scripts.train_teacher stage=1
 """
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
+
+if TYPE_CHECKING:
+    from hv_teachers.ranks import Ranks
 
 STAGES = (1, 2, 3, "student")
 
@@ -50,29 +56,41 @@ def main() -> int:
         return 0
     try:
         values = parse(arguments)
-        from hv_teachers.teacher_config import read_yaml, training_config
-        from hv_teachers.teacher_recipe import read_recipe, train_recipe
-        from hv_teachers.teacher_training import train_teacher
-
-        output = values.pop("output", None)
-        if "recipe" in values:
-            recipe = read_recipe(str(values.pop("recipe")))
-            folder = Path(str(output or f"runs/teacher/{recipe.name}"))
-            train_recipe(recipe, folder, values)
-            print(f"teachers: {folder}", f"measure: hv-eval --policy=teacher --weights={folder} --suite=seen", sep="\n")
-            return 0
-        stage = values.pop("stage", None)
-        if stage not in STAGES:
-            raise ValueError(f"stage: {stage!r} is not valid; valid: {', '.join(map(str, STAGES))} (or recipe=NAME)")
-        config = training_config(
-            read_yaml("teacher_student" if stage == "student" else f"teacher_stage{stage}"), values
-        )
-        weights = train_teacher(config, Path(str(output or f"runs/teacher/stage{stage}")))
-    except (ValueError, OSError) as error:
+    except ValueError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    print(f"weights: {weights}", f"curve: {weights.with_name('curve.csv')}", sep="\n")
+    from hv_teachers.ranks import joined_ranks
+
+    with joined_ranks() as ranks:
+        try:
+            lines = _train(values, ranks)
+        except (ValueError, OSError) as error:
+            if ranks.is_first:
+                print(f"error: {error}", file=sys.stderr)
+            return 2
+        if ranks.is_first:
+            print(*lines, sep="\n")
     return 0
+
+
+def _train(values: dict[str, Any], ranks: Ranks) -> list[str]:
+    """Trains; what to say in the end."""
+    from hv_teachers.teacher_config import read_yaml, training_config
+    from hv_teachers.teacher_recipe import read_recipe, train_recipe
+    from hv_teachers.teacher_training import train_teacher
+
+    output = values.pop("output", None)
+    if "recipe" in values:
+        recipe = read_recipe(str(values.pop("recipe")))
+        folder = Path(str(output or f"runs/teacher/{recipe.name}"))
+        train_recipe(recipe, folder, values, ranks=ranks)
+        return [f"teachers: {folder}", f"measure: hv-eval --policy=teacher --weights={folder} --suite=seen"]
+    stage = values.pop("stage", None)
+    if stage not in STAGES:
+        raise ValueError(f"stage: {stage!r} is not valid; valid: {', '.join(map(str, STAGES))} (or recipe=NAME)")
+    config = training_config(read_yaml("teacher_student" if stage == "student" else f"teacher_stage{stage}"), values)
+    weights = train_teacher(config, Path(str(output or f"runs/teacher/stage{stage}")), ranks=ranks)
+    return [f"weights: {weights}", f"curve: {weights.with_name('curve.csv')}"]
 
 
 if __name__ == "__main__":

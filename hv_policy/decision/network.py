@@ -198,8 +198,12 @@ class DecisionNetwork(nn.Module):
 
     def set_normalization(self, sights: Tensor) -> None:
         """Takes mean and spread of (B, SIGHT_DIM) inputs; done once, so that what was learned stays true."""
-        self.mean.copy_(sights.mean(0))
-        self.std.copy_(sights.std(0).clamp(min=0.02))
+        self.set_moments(sights.mean(0), sights.std(0))
+
+    def set_moments(self, mean: Tensor, std: Tensor) -> None:
+        """As `set_normalization`, from the inputs' mean and standard deviation, (SIGHT_DIM,) each."""
+        self.mean.copy_(mean)
+        self.std.copy_(std.clamp(min=0.02))
         self.normalized.fill_(True)
 
     def phase_logits(self, sights: Tensor, geometry: Tensor, memory: Tensor) -> Tensor:

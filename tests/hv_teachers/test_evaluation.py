@@ -1,6 +1,7 @@
 """Evaluations: the same figures whatever the processes and the order, resumed where they were cut off."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -57,6 +58,12 @@ def test_what_was_interrupted_goes_on(once, tmp_path):
     evaluate(SHORT, load_suite("unseen")[:3], folder, workers=1, on_episode=lambda o, n, m: seen.append((n, m)))
     assert seen == [(2, 3), (3, 3)]
     assert (folder / "metrics.json").read_bytes() == (once[0] / "metrics.json").read_bytes()
+    with pytest.raises(EvaluationError, match="physics='cpu', not 'warp'"):
+        evaluate(replace(SHORT, physics="warp"), load_suite("unseen")[:3], folder, workers=1)
+    plan = json.loads((folder / "evaluation.json").read_text())
+    del plan["physics"]  # as it was before there was a choice
+    (folder / "evaluation.json").write_text(json.dumps(plan))
+    assert evaluate(SHORT, load_suite("unseen")[:3], folder, workers=1)["plan"]["physics"] == "cpu"
     with pytest.raises(EvaluationError, match="seed=5, not 6"):
         evaluate(EvaluationConfig("planner", "unseen", seed=6, max_episode_steps=40), load_suite("unseen")[:3], folder)
 
@@ -98,6 +105,24 @@ def test_metrics_by_hand():
 def test_outcomes_survive_being_written():
     once = outcome((0.25, 1 / 3))
     assert EpisodeOutcome.from_json(once.to_json()) == once
+
+
+def test_unknown_physics_is_refused():
+    with pytest.raises(ValueError, match="physics: 'horse' is not valid; valid: cpu, warp"):
+        replace(SHORT, physics="horse")
+
+
+def test_warp_plays_what_the_cpu_plays():
+    """A few steps, blind and seeing; how far the engines are apart is tested where they are."""
+    pytest.importorskip("mujoco_warp", reason="Warp is not installed here: pip install 'lerobot_policy_hv[gpu]'")
+    task = load_suite("unseen")[2]
+    episode = Episode(task, 0, episode_seed(5, task.name, 0))
+    planner = load_evaluated_policy("planner")
+    [expected] = run_episodes([episode], planner, 3)
+    [found] = run_episodes([episode], planner, 3, physics="warp")
+    assert found.record.num_steps == 3
+    assert found.record.distances_m == pytest.approx(expected.record.distances_m, abs=1e-3)
+    assert film_episode(episode, planner, 3, physics="warp").record.num_steps == 3
 
 
 def test_unknown_policies_are_refused(tmp_path: Path):

@@ -4,7 +4,7 @@ import torch
 
 from hv_policy.decision.memory import NUM_PHASES
 from hv_policy.decision.network import ANCHOR_DIM, SIGHT_DIM, DecisionConfig, DecisionNetwork
-from hv_teachers.imitation import ImitationBuffer, Samples, imitation_loss
+from hv_teachers.imitation import ImitationBuffer, Samples, SharedSamples, imitation_loss
 
 
 def samples(num: int, seed: int) -> Samples:
@@ -55,14 +55,37 @@ def test_ring_and_files(tmp_path):
     shapes = torch.randn(3, 600)
     assert buffer.shape_rows(shapes[[0, 1, 0]]).tolist() == [0, 1, 0]
     for number in range(4):
-        buffer.add(number, samples(10, number))
+        buffer.add(number, SharedSamples.alone(samples(10, number)))
     assert sorted(buffer.rounds) == [2, 3]
     assert len(list(tmp_path.iterdir())) == 4  # until a checkpoint no longer needs them
     state = buffer.state()
     buffer.forget_files()
     again = ImitationBuffer(tmp_path, capacity=25)
     again.restore(state)
-    for name, value in buffer.all().tensors().items():
-        assert torch.equal(value, getattr(again.all(), name))
+    for name, value in buffer.all().here.tensors().items():
+        assert torch.equal(value, getattr(again.all().here, name))
     assert again.shape_rows(shapes[[2, 1]]).tolist() == [2, 1]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["round_00002.safetensors", "round_00003.safetensors"]
+
+
+def test_processes_that_share_samples_draw_what_one_would(tmp_path):
+    generator = torch.Generator().manual_seed(0)
+    rounds = [samples(10, 0), samples(7, 1)]
+    mine = [torch.randperm(len(r), generator=generator).sort().values % 3 == 0 for r in rounds]
+    both = []
+    for name, chosen in (("a", mine), ("b", [~m for m in mine])):
+        buffer = ImitationBuffer(tmp_path / name, capacity=17)
+        for number, (whole, here) in enumerate(zip(rounds, chosen, strict=True)):
+            rows = here.nonzero()[:, 0]
+            buffer.add(number, SharedSamples(whole.at(rows), rows, len(whole)))
+        again = ImitationBuffer(tmp_path / name, capacity=17)
+        again.restore(buffer.state())
+        both.append(again.all())
+    alone = SharedSamples.join([SharedSamples.alone(r) for r in rounds])
+    drawn = torch.randint(len(alone), (50,), generator=generator)
+    a, b = (shared.at(drawn) for shared in both)
+    assert len(a) + len(b) == 50
+    here = torch.cat(mine)[drawn]
+    assert torch.equal(a.sights, alone.at(drawn).sights[here])
+    assert torch.equal(b.action, alone.at(drawn).action[~here])
+    assert [len(shared) for shared in both] == [17, 17]

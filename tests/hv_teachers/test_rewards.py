@@ -43,7 +43,7 @@ def random_inputs(num: int, seed: int) -> RewardInputs:
         object_pos=obj,
         object_rot=rotation[0],
         object_vel=normal(3),
-        object_points=obj[:, None] + normal(7, 3, scale=0.1),
+        object_points=normal(7, 3, scale=0.1),
         object_start_height=normal().abs(),
         goal_pos=obj + normal(3, scale=0.3),
         goal_rot=rotation[1],
@@ -65,7 +65,8 @@ def slow_task_rewards(x: RewardInputs, i: int) -> dict[str, float]:
         away = distance(here[:2], there[:2])
         return sum(velocity[k] * (there[k] - here[k]) / away for k in range(2))
 
-    root, obj, goal, points = get("root_pos"), get("object_pos"), get("goal_pos"), get("object_points")
+    root, obj, goal = get("root_pos"), get("object_pos"), get("goal_pos")
+    points = get("object_points") @ get("object_rot").T + obj
     placed = distance(obj, goal) < 0.3
     there = placed or distance(root[:2], obj[:2]) < 0.5
     toward = speed_toward(get("root_vel"), root, get("robot_guide"))
@@ -107,7 +108,8 @@ def test_retreat_rewards_are_algorithm_2():
     branches = set()
     for i in range(300):
         obj, root, goal = (getattr(x, n)[i].double() for n in ("object_pos", "root_pos", "goal_pos"))
-        hand = min(float((h - p).norm()) for h in x.hands[i].double() for p in x.object_points[i].double())
+        points = x.object_points[i].double() @ x.object_rot[i].double().T + obj
+        hand = min(float((h - p).norm()) for h in x.hands[i].double() for p in points)
         robot = float((root - obj)[:2].norm())
         r_robot, r_hand = 1 - math.exp(-0.5 * robot), 1 - math.exp(-0.5 * hand)
         if robot > 1.0:
@@ -139,7 +141,7 @@ def scene(**changes) -> RewardInputs:
         "object_guide": torch.tensor([[5.0, 0.0]]),
     }
     values |= {name: torch.as_tensor(value, dtype=torch.float32)[None] for name, value in changes.items()}
-    values["object_points"] = values["object_pos"][:, None] + corners[None]
+    values["object_points"] = corners[None]
     return RewardInputs(**values)
 
 
@@ -214,7 +216,7 @@ def test_reads_a_world():
     points = surface_points(observation.bps, observation.half_extents)
     start = world.state.object_pos_w[torch.arange(2), world.object_index, 2]
     x = read_world(world, points, start)
-    assert (x.object_points - x.object_pos[:, None]).norm(dim=-1).amin() > 0.02
+    assert x.object_points.norm(dim=-1).amin() > 0.02
     # nobody carries anything yet: the robot's guide is its waypoint, the object's its goal
     torch.testing.assert_close(x.object_guide, x.goal_pos[:, :2])
     away = ~world.navigator.leg_is_done

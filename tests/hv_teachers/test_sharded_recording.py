@@ -1,10 +1,13 @@
 """Shards: the same dataset whatever the processes, gone on with after kill -9, joined and compared."""
 
+import multiprocessing
 import os
+import random
 import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -97,6 +100,37 @@ def test_killed_at_any_moment_it_goes_on(tmp_path, whole):
     config = RecordingConfig(seed=3, image_size_px=48, max_episode_steps=6)
     record_dataset(other, resolve_tasks("living_room")[:3], PlannerExpert, config)
     assert_same(root, other)
+
+
+@pytest.mark.slow
+def test_workers_killed_at_random_change_nothing(tmp_path, tasks, whole):
+    """Whenever a shard is there, one of the processes, by chance, is killed a moment later."""
+    chance, over, killed = random.Random(0), threading.Event(), []
+    shards = tmp_path / ".standing.shards"
+
+    def kill() -> None:
+        for number in (1, 2):
+            while not over.is_set() and len(list(shards.glob("shard_*"))) < number:
+                over.wait(0.005)
+            over.wait(chance.uniform(0.0, 0.1))
+            workers: list[int] = []
+            while not over.is_set() and not workers:
+                workers = sorted(p.pid for p in multiprocessing.active_children() if p.pid and p.pid not in killed)
+                over.wait(0.005)
+            if workers:
+                killed.append(chance.choice(workers))
+                os.kill(killed[-1], signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    try:
+        record_shards(tmp_path / "standing", tasks, StandStill, CONFIG, repeats=2, num_envs=1, workers=2)
+    finally:
+        over.set()
+        killer.join()
+    assert len(killed) == 2
+    assert_same(tmp_path / "standing", whole)
+    assert not shards.exists()
 
 
 def test_failed_attempts_are_dropped_and_counted(tmp_path, tasks):
