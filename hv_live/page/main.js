@@ -200,7 +200,7 @@ $("reset").addEventListener("click", () => link.send("reset"));
 $("push").addEventListener("click", push);
 $("record").addEventListener("click", () => link.send("record", { on: state?.recording === null }));
 $("instructor").addEventListener("change", (event) => link.send("instructor", { on: event.target.checked }));
-$("camera-home").addEventListener("click", () => link.send("camera_home"));
+$("camera-home").addEventListener("click", () => { orbit.forget(); link.send("camera_home"); });
 $("kind").addEventListener("change", () => fillTasks());
 $("task").addEventListener("change", (event) => { cover("Building the room …"); link.send("load", { task: event.target.value }); });
 

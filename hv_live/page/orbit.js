@@ -34,6 +34,13 @@ export class Orbit {
     if (!this.timer) this.wish = null;
   }
 
+  /** The camera goes home: what was still to be sent is not. */
+  forget() {
+    clearTimeout(this.timer);
+    this.timer = 0;
+    this.wish = null;
+  }
+
   moved(event) {
     const before = this.pointers.get(event.pointerId);
     if (!before) return;
