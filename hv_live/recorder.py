@@ -16,20 +16,18 @@ from torch import Tensor
 from hv_live.actors import HEAD_SIZE_PX
 from hv_sim.world import RearrangeWorld
 from hv_teachers.dataset_format import (
-    ACTION,
     FPS,
     HEAD_IMAGE,
     LANDMARKS,
-    STATE,
     FrameDigest,
     RecordingError,
     digest,
     features,
     verify_dataset,
 )
-from hv_teachers.knowledge import Knowledge, no_knowledge
+from hv_teachers.knowledge import Knowledge
 from hv_teachers.landmark_labels import NO_LANDMARKS
-from hv_teachers.recording import moved_into_place
+from hv_teachers.recording import moved_into_place, vector_columns
 
 MAX_FRAMES = 30 * 60 * 30
 """Half an hour in one recording: about 500 MB of pictures."""
@@ -83,19 +81,8 @@ class LiveRecorder:
     ) -> None:
         """One control step: what was seen, felt and told before it, the servo targets (1, 28) in rad, and what whoever
         played knew; zeros where that cannot be said, which are no labels to a student."""
-        observation = world.observe()
-        vectors = {
-            STATE: observation.proprioception,
-            ACTION: targets,
-            "privileged.object": observation.object,
-            "privileged.goal": observation.goal,
-            "privileged.waypoint": observation.waypoint,
-            "privileged.half_extents": observation.half_extents,
-            "privileged.intent": intent,
-            "privileged.subtask_index": world.subtask_index[:, None],
-            **(no_knowledge(1) if knowledge is None else knowledge.columns()),
-        }
-        row: dict[str, Any] = {key: value[0].float().cpu().numpy().copy() for key, value in vectors.items()}
+        columns = vector_columns(world, knowledge, intent, targets)
+        row: dict[str, Any] = {key: value[0].copy() for key, value in columns.items()}
         row[LANDMARKS] = NO_LANDMARKS
         [instruction] = world.instructions()
         self._episode.append(digest(picture, row, instruction))

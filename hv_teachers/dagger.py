@@ -20,6 +20,7 @@ from datasets.utils.logging import disable_progress_bar
 from lerobot.datasets.aggregate import aggregate_datasets
 
 from hv_teachers.curves import plot_curve
+from hv_teachers.engines import num_processes
 from hv_teachers.recording import moved_into_place
 from hv_teachers.whole_files import write_whole
 
@@ -122,7 +123,7 @@ def _record(place: Path, number: int, policy: Path | None, config: DaggerRounds)
             _run(
                 place, "record", "--root", folder, "--tasks", config.tasks, "--seed", config.seed + 1000 * number,
                 "--frame-stride", config.frame_stride, "--num-envs", config.num_envs,
-                "--workers", config.workers or _cores(), *what,
+                "--workers", num_processes(config.workers), *what,
             )  # fmt: skip
     return [folder for folder, _ in kinds]
 
@@ -163,7 +164,7 @@ def _evaluate(place: Path, policy: Path, config: DaggerRounds) -> dict[str, floa
     if not (output / "metrics.json").exists():
         _run(
             place, "evaluate", f"--policy={policy}", f"--suite={config.eval_suite}", "--n-tasks", config.eval_tasks,
-            "--workers", config.workers or _cores(), "--output", output,
+            "--workers", num_processes(config.workers), "--output", output,
         )  # fmt: skip
     metrics = json.loads((output / "metrics.json").read_text())
     successes = {k: v for k, v in metrics["at_0.4"].items() if v is not None}
@@ -190,9 +191,3 @@ def _write_table(folder: Path, table: Sequence[dict[str, float]]) -> None:
     write_whole(folder / TABLE_FILE, "\n".join(lines) + "\n")
     shown = [c for c in table[0] if c.startswith("success")]
     plot_curve(folder / TABLE_FILE, folder / PICTURE_FILE, [*shown, "fall_rate"], x="round", smooth=1)
-
-
-def _cores() -> int:
-    import os
-
-    return os.cpu_count() or 1

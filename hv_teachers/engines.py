@@ -64,6 +64,11 @@ def check_engine(engine: str) -> None:
             ) from None
 
 
+def num_processes(workers: int) -> int:
+    """As many as wanted, one per core for 0."""
+    return workers or os.cpu_count() or 1
+
+
 def run_jobs(
     function: Callable[[Any], Any],
     jobs: Sequence[Any],
@@ -90,7 +95,7 @@ def run_jobs(
     check_engine(engine)
     if not jobs:
         return
-    number = min(workers or os.cpu_count() or 1, len(jobs))
+    number = min(num_processes(workers), len(jobs))
     if engine == "ray":
         yield from _by_ray(function, jobs, workers, prepare, arguments)
     elif number > 1:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import platform
 import time
 import zlib
@@ -26,7 +25,7 @@ from hv_sim.instructor import InstructorConfig
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M, summarize
 from hv_sim.physics_backends import check_backend
 from hv_sim.task import Task
-from hv_teachers.engines import Slice, check_engine, run_jobs
+from hv_teachers.engines import Slice, check_engine, num_processes, run_jobs
 from hv_teachers.episodes import FAILURES, Episode, EpisodeOutcome, film_episode, run_episodes, tasks_fingerprint
 from hv_teachers.evaluated_policies import load_evaluated_policy
 from hv_teachers.whole_files import write_whole
@@ -114,7 +113,7 @@ def evaluate(
         for task, repeat in wanted
         if (task.name, repeat) not in done
     ]
-    jobs = _jobs(missing, config, _num_processes(workers), 1 if policy.sees else BATCH, set(videos), output)
+    jobs = _jobs(missing, config, num_processes(workers), 1 if policy.sees else BATCH, set(videos), output)
     started = time.time()
     with file.open("a", encoding="utf-8") as lines:
         for outcome in _play(jobs, config.policy, workers, engine):
@@ -258,10 +257,6 @@ def _jobs(
         size = math.ceil(len(group) / (turns * processes))
         jobs += [_Job(tuple(group[i : i + size]), config) for i in range(0, len(group), size)]
     return jobs
-
-
-def _num_processes(workers: int) -> int:
-    return workers or os.cpu_count() or 1
 
 
 def _begin(output: Path, plan: dict[str, Any]) -> list[EpisodeOutcome]:

@@ -25,7 +25,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from torch import Tensor
 from tqdm import tqdm
 
-from hv_policy.motor.proprioception import read_proprioception
+from hv_policy.motor.proprioception import BodyState, read_proprioception
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M
 from hv_sim.physics_backends import check_backend, make_renderer
 from hv_sim.rendering import CameraRenderer, StepCamera
@@ -325,11 +325,11 @@ def roll_attempts(
             intent, joint_targets = expert(world)
             due = torch.nonzero(~over & (world.episode_step % config.frame_stride == 0)).flatten().tolist()
             if due:
-                arrays, instructions = _columns(world, expert.knowledge, intent, joint_targets), world.instructions()
+                arrays = vector_columns(world, expert.knowledge, intent, joint_targets)
+                instructions = world.instructions()
                 body = read_proprioception(torch.from_numpy(arrays[STATE]))
                 for env in due:
-                    row = {key: value[env].copy() for key, value in arrays.items()}
-                    row[LANDMARKS] = world_landmarks(world, env, body, len(frames[env]))
+                    row = _row(world, env, arrays, body, len(frames[env]))
                     frames[env].append({HEAD_IMAGE: camera.picture(env).copy(), **row, "task": instructions[env]})
             world.step(joint_targets if expert.executed is None else expert.executed)
             camera.forget()
@@ -347,11 +347,10 @@ def roll_glances(
     frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
     try:
         for world, knowledge in glance_around([task for task, _ in attempts], seeds, config.glances):
-            arrays, instructions = _columns(world, knowledge, *no_action(world)), world.instructions()
+            arrays, instructions = vector_columns(world, knowledge, *no_action(world)), world.instructions()
             body = read_proprioception(torch.from_numpy(arrays[STATE]))
             for env, image in enumerate(renderer.render_batch(world.physics)):
-                row = {key: value[env].copy() for key, value in arrays.items()}
-                row[LANDMARKS] = world_landmarks(world, env, body, len(frames[env]))
+                row = _row(world, env, arrays, body, len(frames[env]))
                 frames[env].append({HEAD_IMAGE: image, **row, "task": instructions[env]})
     finally:
         renderer.close()
@@ -379,10 +378,17 @@ def _outcomes(
     return list(zip(outcomes, frames, strict=True))
 
 
-def _columns(
+def vector_columns(
     world: RearrangeWorld, knowledge: Knowledge | None, intent: Tensor, joint_targets: Tensor
 ) -> dict[str, np.ndarray]:
-    """`VECTOR_COLUMNS` of every environment, (N, size) float32 each."""
+    """`VECTOR_COLUMNS` of every environment, (N, size) float32 each, for its present state.
+
+    Args:
+        world: whose.
+        knowledge: what whoever plays knew; None where that cannot be said: zeros, which are no labels to a student.
+        intent: (N, 14).
+        joint_targets: (N, 28) rad.
+    """
     observation = world.observe()
     known = no_knowledge(world.num_envs) if knowledge is None else knowledge.columns()
     vectors = {
@@ -397,6 +403,15 @@ def _columns(
         **known,
     }
     return {key: value.float().cpu().numpy() for key, value in vectors.items()}
+
+
+def _row(
+    world: RearrangeWorld, env: int, arrays: dict[str, np.ndarray], body: BodyState, number: int
+) -> dict[str, Any]:
+    """Environment `env`'s row of `arrays`, and its landmarks for frame `number`."""
+    return {key: value[env].copy() for key, value in arrays.items()} | {
+        LANDMARKS: world_landmarks(world, env, body, number)
+    }
 
 
 def _groups(

@@ -11,6 +11,7 @@ import math
 import torch
 from torch import Tensor
 
+from hv_policy.belief.places import squash_waypoint
 from hv_policy.motor.embodiment import BODY_NAMES
 from hv_policy.motor.proprioception import BodyState
 
@@ -20,7 +21,7 @@ CAMERA_TILT_RAD = math.radians(20.0)
 PLANES_M = (0.0, 0.75)
 """Heights at which rays are cut: the floor, and a table."""
 RAY_DIM = 3 + 1 + 3 * len(PLANES_M)
-_FAR_M, _UNIT_M = 20.0, 0.5
+_FAR_M = 20.0
 
 
 def pixel_rays(grid: int) -> Tensor:
@@ -62,7 +63,7 @@ def ray_directions(body: BodyState, rays: Tensor) -> Tensor:
 
 def ray_features(body: BodyState, rays: Tensor) -> Tensor:
     """(N, R, 10) for each ray (R, 3) of the head's frame: its direction in the heading frame, the camera's height, and
-    for each of two heights where the ray is there (asinh of x and y over 0.5 m) and whether it gets there at all."""
+    for each of two heights where the ray is there (squashed as the labels are) and whether it gets there at all."""
     position = camera_position(body)
     direction = ray_directions(body, rays)
     height = position[:, 2:, None].expand(-1, len(rays), 1)
@@ -72,5 +73,5 @@ def ray_features(body: BodyState, rays: Tensor) -> Tensor:
         hits = (direction[..., 2] < -0.01) & (down > 0) & (down < _FAR_M)
         reach = torch.where(hits, down, torch.full_like(down, _FAR_M))
         point = position[:, None, :2] + direction[..., :2] * reach[..., None]
-        features += [torch.asinh(point / _UNIT_M), hits[..., None].to(point)]
+        features += [squash_waypoint(point), hits[..., None].to(point)]
     return torch.cat(features, -1)

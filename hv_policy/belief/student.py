@@ -93,8 +93,8 @@ class BeliefNetwork(nn.Module):
             known: `places` (B, 21), `way` (B, 8), `memory` (B, 18): what was so.
             landmarks: what else is to be seen.
         """
-        sight = self.perception.look(pictures, state)
-        seen, naming = self._seen(sight, state, words, is_word, landmarks)
+        shown = self.perception.look(pictures, state)
+        seen, naming = self._seen(shown, state, words, is_word, landmarks)
         places, way, memory = known["places"], known["way"], known["memory"]
         truth = squash(places)
         low, high = torch.tensor([LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD]).log().tolist()
@@ -124,14 +124,13 @@ class BeliefNetwork(nn.Module):
             }
         return (seeing + going + pointing + naming) * labelled, figures
 
-
     def _seen(
-        self, sight: Sight, state: Tensor, words: Tensor, is_word: Tensor, landmarks: Landmarks | None
+        self, shown: Sight, state: Tensor, words: Tensor, is_word: Tensor, landmarks: Landmarks | None
     ) -> tuple[Measurement, Tensor]:
         """What the pictures say, and (B,) how wrong it is what their parts show, and where named spots are."""
         perception, device = self.perception, state.device
         if landmarks is None:
-            return perception.judge(sight, words, is_word), torch.zeros(len(state), device=device)
+            return perception.judge(shown, words, is_word), torch.zeros(len(state), device=device)
         boxes, exists = landmarks.boxes.to(device), landmarks.exists.to(device)
         distinct = sorted({*landmarks.names, *landmarks.spot_names})
         number = {name: i for i, name in enumerate(distinct)}
@@ -139,10 +138,10 @@ class BeliefNetwork(nn.Module):
         which = torch.tensor([number[name] for name in landmarks.names], device=device).view_as(exists)
         has_name = torch.tensor([bool(name) for name in landmarks.names], device=device).view_as(exists)
         label = first_box_hit(read_proprioception(state), perception.rays, boxes, exists)
-        things = naming_error(perception.name(sight, names, is_name, which), label, has_name)
+        things = naming_error(perception.name(shown, names, is_name, which), label, has_name)
         there = landmarks.spot_exists.to(device)
         of_spots = torch.tensor([number[name] for name in landmarks.spot_names], device=device)
-        seen = perception.judge(sight, words, is_word, NamedSpots(there.shape[1], names[of_spots], is_name[of_spots]))
+        seen = perception.judge(shown, words, is_word, NamedSpots(there.shape[1], names[of_spots], is_name[of_spots]))
         wrong = pointing_error(seen.spots, state, landmarks.spots.to(device)) * there
         spots = wrong.sum(1) / there.sum(1).clamp(min=1)
         return seen, THINGS_WEIGHT * things + SPOTS_WEIGHT * spots
@@ -238,19 +237,18 @@ class Following:
             self._look(network.perception, looks, pictures, state[looks], words[looks], is_word[looks])
         self.blind_steps += 1
         self.blind_steps[looks] = 1
-        places_h = self.belief.now()[0]
+        places_h, log_spread = self.belief.now()
         remembered = self.memory.clone()
         intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
-        self.intent = self._search(intent, remembered)
+        self.intent = self._search(intent, remembered, log_spread)
         return self.intent
 
-    def _search(self, intent: Tensor, remembered: TaskMemory) -> Tensor:
+    def _search(self, intent: Tensor, remembered: TaskMemory, log_spread: Tensor) -> Tensor:
         """(N, 14) the intent; but where it is not known where the object or, once that is carried, its goal is, the
         robot turns round on the spot, and remembers what it did before (`remembered`)."""
         c, phase = self.belief.config, remembered.phase
-        spread = self.belief.now()[1].exp()
         to_object, carries = phase <= Phase.ALIGN, phase == Phase.CARRY
-        unknown = torch.where(carries, spread[:, GOAL.start], spread[:, OBJECT.start]) > c.searching
+        unknown = torch.where(carries, log_spread[:, GOAL.start], log_spread[:, OBJECT.start]).exp() > c.searching
         searches = (to_object | carries) & unknown & (self.searched_rad < c.search_rad)
         if not bool(searches.any()):
             return intent

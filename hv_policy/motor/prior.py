@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import itertools
-import json
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 import torch
-from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
 from torch import Tensor, nn
 
 from hv_policy.batch_invariant import BatchInvariantLinear
@@ -18,6 +16,7 @@ from hv_policy.motor.balance import BalanceConfig, arm_torques, estimate_load, l
 from hv_policy.motor.proprioception import PROPRIOCEPTION_DIM, BodyState, read_proprioception
 from hv_policy.motor.reference import GaitConfig, Reference, ReferenceState, advance_reference, start_reference
 from hv_policy.motor.symmetry import JOINTS, POLAR, Reflection
+from hv_policy.network_file import load_network, save_network
 
 FEATURE_DIM = PROPRIOCEPTION_DIM + 3 + 2 + 6 + 1 + 2 + 3 + 2 + 3 + 3 + 6 + 2 + 1 + 28 + 28
 _SIDES = [1, 0]
@@ -185,14 +184,12 @@ class MotorPrior(nn.Module):
         return torch.cat(parts, -1)
 
 
+_KIND = "hv_motor_prior/1"
+
+
 def save_motor_prior(prior: MotorPrior, path: Path, metadata: dict[str, str] | None = None) -> None:
     """Weights and configuration as one safetensors file, written whole or not at all."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_suffix(".tmp")
-    header = {"format": "hv_motor_prior/1", "config": json.dumps(asdict(prior.config)), **(metadata or {})}
-    save_file({k: v.contiguous() for k, v in prior.state_dict().items()}, temporary, metadata=header)
-    temporary.replace(path)
+    save_network(prior, prior.config, path, _KIND, metadata)
 
 
 SHIPPED_MOTOR_PRIOR = Path(__file__).resolve().parents[1] / "weights" / "motor_prior.safetensors"
@@ -209,34 +206,15 @@ def load_motor_prior(path: Path) -> MotorPrior:
     Raises:
         ValueError: the file is not a motor prior, or its weights do not fit its configuration.
     """
-    try:
-        with safe_open(str(path), framework="pt") as file:
-            header = file.metadata() or {}
-            weights = {k: file.get_tensor(k) for k in file.keys()}
-    except (OSError, SafetensorError) as error:
-        raise ValueError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
-    if header.get("format") != "hv_motor_prior/1":
-        raise ValueError(f"{path}: format is {header.get('format')!r}; valid: 'hv_motor_prior/1'")
-    try:
-        values = json.loads(header["config"])
-        config = MotorPriorConfig(
-            hidden=tuple(values["hidden"]),
-            leg_residual_rad=values["leg_residual_rad"],
-            trunk_residual_rad=values["trunk_residual_rad"],
-            arm_residual_rad=values["arm_residual_rad"],
-            gait=GaitConfig(**{**values["gait"], "max_acceleration": tuple(values["gait"]["max_acceleration"])}),
-            balance=BalanceConfig(**values["balance"]),
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path}: its configuration is of another version: {error}") from error
-    prior = MotorPrior(config)
-    expected = {k: tuple(v.shape) for k, v in prior.state_dict().items()}
-    found = {k: tuple(v.shape) for k, v in weights.items()}
-    if expected != found:
-        wrong = sorted(k for k in expected.keys() | found.keys() if expected.get(k) != found.get(k))
-        raise ValueError(
-            f"{path}: weights {wrong} do not fit the configuration; expected {[expected.get(k) for k in wrong]}"
-        )
-    prior.load_state_dict(weights, strict=True)
-    prior.eval()
-    return prior
+    return load_network(path, _KIND, _configured, MotorPrior)
+
+
+def _configured(values: dict[str, Any]) -> MotorPriorConfig:
+    return MotorPriorConfig(
+        hidden=tuple(values["hidden"]),
+        leg_residual_rad=values["leg_residual_rad"],
+        trunk_residual_rad=values["trunk_residual_rad"],
+        arm_residual_rad=values["arm_residual_rad"],
+        gait=GaitConfig(**{**values["gait"], "max_acceleration": tuple(values["gait"]["max_acceleration"])}),
+        balance=BalanceConfig(**values["balance"]),
+    )
