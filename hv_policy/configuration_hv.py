@@ -89,7 +89,8 @@ class HVConfig(PreTrainedConfig):
             instructions when training starts; it is saved with the checkpoint, so nothing is looked up elsewhere.
         max_vocabulary: most words that are taken from the dataset (the most frequent).
         max_words: words of an instruction that are read; longer ones are cut there.
-        word_dropout: share of known words shown as unknown in training, so that their spelling is learned as well.
+        word_dropout: share of words shown as unknown in training, half of them without their spelling, so that what
+            they mean to `hv_policy.word_features` is learned as well.
         min_std: smallest standard deviation that a state or action entry is divided by. Entries that hardly vary in
             the data (the root's own yaw is always 0 in its heading frame) would otherwise blow up noise.
         clip_state: normalised state entries are limited to this many standard deviations.
@@ -108,7 +109,7 @@ class HVConfig(PreTrainedConfig):
     vocabulary: list[str] = field(default_factory=list)
     max_vocabulary: int = 4096
     max_words: int = 48
-    word_dropout: float = 0.05
+    word_dropout: float = 0.25
     min_std: float = 0.02
     clip_state: float = 8.0
 

@@ -1,8 +1,9 @@
 """Instructions -> one token per word, in order, with a vocabulary that travels in the checkpoint.
 
-Every word has two parts: an embedding of its own if it is in the vocabulary, and the mean of embeddings of its letter
-trigrams, hashed into a fixed table. An unknown word ("mugs") is thus still close to a known one ("mug"). The words stay
-apart until the policy reads them, and carry positions: "from the left to the right" and its reverse differ.
+Every word has three parts: an embedding of its own if it is in the vocabulary; the mean of embeddings of its letter
+trigrams, hashed into a fixed table, so that "mugs" is close to "mug"; and what it means in its sentence
+(`hv_policy.word_features`), so that a couch is close to a sofa. The words stay apart until the policy reads them, and
+carry positions: "from the left to the right" and its reverse differ.
 """
 
 import re
@@ -13,6 +14,8 @@ from functools import lru_cache
 
 import torch
 from torch import Tensor, nn
+
+from hv_policy.word_features import FEATURE_DIM, load_word_features
 
 _WORD = re.compile(r"\d+(?:\.\d+)?|[^\W\d_]+(?:'[^\W\d_]+)?|[^\w\s]", re.UNICODE)
 _TRIGRAM_BUCKETS = 2048
@@ -47,7 +50,7 @@ class TextEncoder(nn.Module):
         vocabulary: words with an embedding of their own.
         max_words: words read of each instruction.
         dim, heads, layers: of the transformer over the words.
-        word_dropout: share of known words shown as unknown while training.
+        word_dropout: share of words shown as unknown while training, half of them without their spelling.
     """
 
     def __init__(
@@ -60,6 +63,8 @@ class TextEncoder(nn.Module):
         self.word = nn.Embedding(2 + len(vocabulary), dim, padding_idx=PAD)
         self.trigram = nn.Embedding(1 + _TRIGRAM_BUCKETS, dim, padding_idx=PAD)
         self.position = nn.Parameter(torch.randn(max_words, dim) * 0.1)
+        self.features = load_word_features()
+        self.meaning = nn.Linear(FEATURE_DIM, dim, bias=False)
         nn.init.normal_(self.word.weight, std=0.5)
         nn.init.normal_(self.trigram.weight, std=0.5)
         layer = nn.TransformerEncoderLayer(
@@ -68,24 +73,26 @@ class TextEncoder(nn.Module):
         self.transformer = nn.TransformerEncoder(layer, layers, norm=nn.LayerNorm(dim), enable_nested_tensor=False)
 
     def forward(self, texts: Sequence[str]) -> tuple[Tensor, Tensor]:
-        numbers, buckets = self._tokenize(texts)
-        if self.training and self.word_dropout:
-            dropped = (torch.rand(numbers.shape, device=numbers.device) < self.word_dropout) & (numbers != PAD)
-            numbers = numbers.masked_fill(dropped, UNKNOWN)
+        words = [split_words(text)[: self.max_words] or [""] for text in texts]
+        numbers, buckets = self._tokenize(words)
         is_word = numbers != PAD
+        if self.training and self.word_dropout:
+            drawn = torch.rand(numbers.shape, device=numbers.device)
+            numbers = numbers.masked_fill((drawn < self.word_dropout) & is_word, UNKNOWN)
+            buckets = buckets.masked_fill((drawn < self.word_dropout / 2)[..., None], PAD)
         trigram_count = (buckets != PAD).sum(-1, keepdim=True).clamp(min=1)
-        tokens = self.word(numbers) + self.trigram(buckets).sum(2) / trigram_count.sqrt()
+        meanings = nn.utils.rnn.pad_sequence([self.features.of(line) for line in words], batch_first=True)
+        tokens = self.word(numbers) + self.trigram(buckets).sum(2) / trigram_count.sqrt() + self.meaning(meanings)
         tokens = tokens + self.position[: numbers.shape[1]]
         return self.transformer(tokens, src_key_padding_mask=~is_word), is_word
 
-    def _tokenize(self, texts: Sequence[str]) -> tuple[Tensor, Tensor]:
-        """Word numbers (T, L) and trigram rows (T, L, G), padded with PAD; an empty text becomes one unknown word."""
-        words = [split_words(text)[: self.max_words] or [""] for text in texts]
+    def _tokenize(self, words: Sequence[Sequence[str]]) -> tuple[Tensor, Tensor]:
+        """Word numbers (T, L) and trigram rows (T, L, G), padded with PAD."""
         rows = [[trigram_buckets(word) for word in line] for line in words]
         length = max(len(line) for line in words)
         width = max(len(row) for line in rows for row in line)
-        numbers = torch.full((len(texts), length), PAD)
-        buckets = torch.full((len(texts), length, width), PAD)
+        numbers = torch.full((len(words), length), PAD)
+        buckets = torch.full((len(words), length, width), PAD)
         for i, line in enumerate(words):
             numbers[i, : len(line)] = torch.tensor([self._number.get(word, UNKNOWN) for word in line])
             for j, row in enumerate(rows[i]):

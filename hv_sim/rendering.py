@@ -24,6 +24,7 @@ import numpy as np
 from hv_sim.gl_backend import GLError, require_gl
 
 if TYPE_CHECKING:
+    from hv_sim.looks import Look
     from hv_sim.physics import PhysicsBackend
 
 HEAD_CAMERA = "head"
@@ -69,10 +70,14 @@ class CameraRenderer:
         self._data: dict[int, mujoco.MjData] = {}
 
     def render(
-        self, model: mujoco.MjModel, data: mujoco.MjData, camera: str | mujoco.MjvCamera = HEAD_CAMERA
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        camera: str | mujoco.MjvCamera = HEAD_CAMERA,
+        look: Look | None = None,
     ) -> np.ndarray:
         """One picture, (height, width, 3) uint8, of a state whose kinematics are computed (`mj_kinematics`,
-        `mj_camlight`).
+        `mj_camlight`), seen as `look` has it.
 
         Raises:
             GLError: no OpenGL library can render off screen here.
@@ -81,6 +86,8 @@ class CameraRenderer:
         renderer.update_scene(data, camera)
         if isinstance(camera, mujoco.MjvCamera):
             _leave_near_walls_out(renderer.scene, model)
+        if look is not None:
+            look.alter(renderer.scene, model)
         flags = renderer.scene.flags
         flags[mujoco.mjtRndFlag.mjRND_SHADOW] = self._shadows
         flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
@@ -99,15 +106,20 @@ class CameraRenderer:
         return self.render(model, data, camera)
 
     def render_batch(
-        self, physics: PhysicsBackend, ids: Sequence[int] | None = None, camera: str = HEAD_CAMERA
+        self,
+        physics: PhysicsBackend,
+        ids: Sequence[int] | None = None,
+        camera: str = HEAD_CAMERA,
+        looks: Sequence[Look] | None = None,
     ) -> np.ndarray:
-        """Pictures of simulations `ids` (default: all), (n, height, width, 3) uint8."""
+        """Pictures of simulations `ids` (default: all), (n, height, width, 3) uint8; `looks` of all simulations."""
         chosen = range(physics.num_envs) if ids is None else ids
         images = np.empty((len(chosen), self.height_px, self.width_px, 3), dtype=np.uint8)
         for row, env in enumerate(chosen):
             model = physics.model(env)
             self._renderer(model)
-            images[row] = self.render(model, physics.data(env, self._data[id(model)]), camera)
+            look = None if looks is None else looks[env]
+            images[row] = self.render(model, physics.data(env, self._data[id(model)]), camera, look)
         return images
 
     def close(self) -> None:
@@ -166,10 +178,12 @@ class StepCamera:
     Args:
         renderer: makes the pictures (`hv_sim.physics_backends.BatchRenderer`).
         physics: whose simulations are seen.
+        looks: how each of them looks, if not as it is; for `CameraRenderer` only.
     """
 
-    def __init__(self, renderer: Any, physics: PhysicsBackend) -> None:
+    def __init__(self, renderer: Any, physics: PhysicsBackend, looks: Sequence[Look] | None = None) -> None:
         self._renderer, self._physics = renderer, physics
+        self._more: dict[str, Any] = {} if looks is None else {"looks": looks}
         self._one_by_one = isinstance(renderer, CameraRenderer)
         self._pictures: dict[int, np.ndarray] = {}
 
@@ -181,7 +195,8 @@ class StepCamera:
         """(height, width, 3) uint8 of environment `env`."""
         if env not in self._pictures:
             envs = [env] if self._one_by_one else range(self._physics.num_envs)  # others render all or none
-            self._pictures.update(zip(envs, self._renderer.render_batch(self._physics, envs), strict=True))
+            pictures = self._renderer.render_batch(self._physics, envs, **self._more)
+            self._pictures.update(zip(envs, pictures, strict=True))
         return self._pictures[env]
 
 

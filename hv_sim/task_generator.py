@@ -40,8 +40,10 @@ from hv_sim.task import (
 SEED = 2026
 """Of the suites in the package."""
 SEEN_PLANS, UNSEEN_PLANS = range(12), range(HELD_OUT, HELD_OUT + 5)
+PRACTICE_PLANS = range(12, HELD_OUT)
 """Floor plans of each kind of room."""
-SUBTASKS = {"seen": 2, "unseen": 2, "chain3": 3, "chain5": 5}
+SUBTASKS = {"seen": 2, "unseen": 2, "chain3": 3, "chain5": 5, "practice": 2}
+"""Of a suite's tasks. There is no end to `practice`: rooms to learn in, which no other suite has."""
 PHRASINGS = 6
 
 HEAVIEST_KG = 8.0
@@ -95,7 +97,7 @@ def draw_suite(
     Args:
         name: of the suite.
         accept: whether a candidate is good enough; it must always say the same of the same task.
-        count: stops after so many; by default the suite is complete.
+        count: stops after so many; by default the suite is complete (`practice` never is).
     """
     for index in range(SUITE_SIZES[name] if count is None else count):
         yield draw_task(name, index, accept)
@@ -165,7 +167,7 @@ class _Draft:
 def _candidate(suite: str, index: int, rng: np.random.Generator) -> Task | None:
     unseen = suite == "unseen"
     kind = ROOM_KINDS[index % len(ROOM_KINDS)]
-    plans = UNSEEN_PLANS if unseen else SEEN_PLANS
+    plans = {"unseen": UNSEEN_PLANS, "practice": PRACTICE_PLANS}.get(suite, SEEN_PLANS)
     plan, room = _plan(kind, int(plans[int(rng.integers(len(plans)))]))
     draft = _Draft(plan, room, rng, unseen, [], [], [])
     targets = SUBTASKS[suite]

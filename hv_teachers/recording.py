@@ -26,6 +26,7 @@ from torch import Tensor
 from tqdm import tqdm
 
 from hv_policy.motor.proprioception import BodyState, read_proprioception
+from hv_sim.looks import NO_LOOKS, Look, LookRanges
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M
 from hv_sim.physics_backends import check_backend, make_renderer
 from hv_sim.rendering import CameraRenderer, StepCamera
@@ -43,7 +44,7 @@ from hv_teachers.dataset_format import (
     features,
     verify_dataset,
 )
-from hv_teachers.glances import glance_around, no_action
+from hv_teachers.glances import VIEWS_PER_PLACE, glance_around, no_action
 from hv_teachers.knowledge import Knowledge, no_knowledge
 from hv_teachers.landmark_labels import world_landmarks
 
@@ -86,6 +87,7 @@ class RecordingConfig:
         frame_stride: control steps from one frame to the next; the dataset then has 30 / frame_stride frames a second.
         drop_failed: leave out attempts in which not every object ends at its goal; they are still counted.
         physics: one of `hv_sim.physics_backends.BACKENDS`; it also says who renders.
+        looks: how different every attempt, and every place of glances, looks (`hv_sim.looks`).
 
     Raises:
         ValueError: there is no such physics.
@@ -100,11 +102,14 @@ class RecordingConfig:
     frame_stride: int = 1
     drop_failed: bool = False
     physics: str = "cpu"
+    looks: LookRanges = NO_LOOKS
 
     def __post_init__(self) -> None:
         check_backend(self.physics)
         if self.glances and self.physics != "cpu":
             raise RecordingError(f"physics: {self.physics!r} is not valid with glances; valid: cpu")
+        if self.looks.vary and self.physics != "cpu":
+            raise RecordingError(f"physics: {self.physics!r} is not valid with looks; valid: cpu")
         if not 0 <= self.beta <= 1:
             raise RecordingError(f"beta: {self.beta} is not valid; valid: 0 to 1")
         if self.frame_stride < 1 or FPS % self.frame_stride:
@@ -312,7 +317,7 @@ def roll_attempts(
     expert = make_expert(len(attempts))
     expert.reset()
     renderer = make_renderer(config.physics, config.image_size_px, config.image_size_px)
-    camera = StepCamera(renderer, world.physics)
+    camera = StepCamera(renderer, world.physics, _looks(config, seeds))
     expert.see_through(camera)
     frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
     since_fall = torch.zeros(len(attempts), dtype=torch.long)
@@ -346,16 +351,27 @@ def roll_glances(
     renderer = CameraRenderer(config.image_size_px, config.image_size_px)
     frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
     try:
-        for world, knowledge in glance_around([task for task, _ in attempts], seeds, config.glances):
+        looks = None
+        views = glance_around([task for task, _ in attempts], seeds, config.glances)
+        for shown, (world, knowledge) in enumerate(views):
             arrays, instructions = vector_columns(world, knowledge, *no_action(world)), world.instructions()
             body = read_proprioception(torch.from_numpy(arrays[STATE]))
-            for env, image in enumerate(renderer.render_batch(world.physics)):
+            if shown % VIEWS_PER_PLACE == 0:
+                looks = _looks(config, seeds, shown)
+            for env, image in enumerate(renderer.render_batch(world.physics, looks=looks)):
                 row = _row(world, env, arrays, body, len(frames[env]))
                 frames[env].append({HEAD_IMAGE: image, **row, "task": instructions[env]})
     finally:
         renderer.close()
     outcomes = _outcomes(attempts, world, frames)
     return [(replace(attempt, seed=seed), rows) for (attempt, rows), seed in zip(outcomes, seeds, strict=True)]
+
+
+def _looks(config: RecordingConfig, seeds: Sequence[int], number: int = 0) -> list[Look] | None:
+    """How each attempt looks; for glances, at place `number`."""
+    if not config.looks.vary:
+        return None
+    return [Look(config.looks, np.random.default_rng([seed, 12, number])) for seed in seeds]
 
 
 def _outcomes(
@@ -458,6 +474,6 @@ def read_attempts(file: Path, config: RecordingConfig) -> list[Attempt]:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RecordingError(f"dataset {root}: cannot be resumed, {REPORT_FILE} is missing or damaged") from error
     for name, value in asdict(config).items():
-        if before.get(name, getattr(RecordingConfig(), name)) != value:  # what is younger had its default then
+        if before.get(name, asdict(RecordingConfig())[name]) != value:  # what is younger had its default then
             raise RecordingError(f"dataset {root}: was recorded with {name}={before.get(name)}, not {value}")
     return attempts

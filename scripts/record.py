@@ -25,6 +25,7 @@ def main(arguments: list[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that a half-written dataset is cleaned away
 
     from hv_sim.gl_backend import GLError
+    from hv_sim.looks import NO_LOOKS, read_look_ranges
     from hv_sim.task import TaskError, resolve_tasks
     from hv_teachers.dataset_format import RecordingError
     from hv_teachers.engines import Slice
@@ -43,6 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
             end_when_fallen=options.end_when_fallen,
             drop_failed=options.drop_failed,
             physics=options.physics,
+            looks=read_look_ranges(options.looks) if options.looks else NO_LOOKS,
         )
         only = Slice.parse(options.shard) if options.shard else None
         started = time.perf_counter()
@@ -100,6 +102,9 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--glances", type=int, default=0, help="pictures from random places, so many a task; no attempts"
+    )
+    parser.add_argument(
+        "--looks", metavar="FILE", help="randomised lights, colours, textures, camera (configs/looks.yaml)"
     )
     parser.add_argument("--beta", type=float, default=0.0, help="share of the time in which the teacher acts instead")
     parser.add_argument("--end-when-fallen", action="store_true", help="attempts end a second after a fall")

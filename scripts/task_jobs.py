@@ -32,6 +32,11 @@ def generate_suite(name: str, workers: int = 0, seen: list[Task] | None = None) 
     return _in_processes(partial(_draw, name), range(SUITE_SIZES[name]), workers, name)
 
 
+def generate_practice(count: int, verified: bool, workers: int = 0) -> list[Task]:
+    """`count` tasks to learn in, in rooms that no suite has; verified, or good enough to look at."""
+    return _in_processes(partial(_draw if verified else _draw_any, "practice"), range(count), workers, "practice")
+
+
 def is_solvable(task: Task) -> bool:
     """Whether a candidate passes every check; one for `seen` also in its parts, which become the suite `single`."""
     if not verify_task(task).solvable:
@@ -50,6 +55,10 @@ def is_solvable(task: Task) -> bool:
 
 def _draw(suite: str, index: int) -> Task:
     return draw_task(suite, index, is_solvable)
+
+
+def _draw_any(suite: str, index: int) -> Task:
+    return draw_task(suite, index)
 
 
 def _one_thread() -> None:

@@ -26,8 +26,17 @@ def main() -> int:
     verify.add_argument("--output", type=Path, help="a JSON file for the verdicts")
     verify.add_argument("--workers", type=_count, default=0, help="processes (default: one a core)")
 
-    generate = commands.add_parser("generate", help="draw the suites anew, byte for byte as they are in the package")
-    generate.add_argument("suites", nargs="*", default=["seen", "unseen", "single", "chain3", "chain5"])
+    generate = commands.add_parser("generate", help="draw the suites anew, byte for byte, or rooms to practise in")
+    generate.add_argument(
+        "suites",
+        nargs="*",
+        default=["seen", "unseen", "single", "chain3", "chain5"],
+        help="suites, or practice: as many tasks as you like on floor plans that no suite has",
+    )
+    generate.add_argument("--count", type=_count, default=400, help="tasks of practice (400)")
+    generate.add_argument(
+        "--unverified", action="store_true", help="practice to be looked at only (hv-record --glances): 10 x as fast"
+    )
     generate.add_argument("--output", type=Path, required=True, help="folder for the files")
     generate.add_argument("--workers", type=_count, default=0, help="processes (default: one a core)")
 
@@ -128,15 +137,19 @@ def _verify(args: argparse.Namespace) -> int:
 
 
 def _generate(args: argparse.Namespace) -> int:
-    from hv_scripts.task_jobs import generate_suite
+    from hv_scripts.task_jobs import generate_practice, generate_suite
     from hv_sim.suites import suite_path, write_tasks
 
     for name in args.suites:
-        suite_path(name)  # an unknown name is refused before the work begins
+        if name != "practice":
+            suite_path(name)  # an unknown name is refused before the work begins
     seen = None
     for name in args.suites:
         path = args.output / f"{name}.jsonl.gz"
-        tasks = generate_suite(name, args.workers, seen)
+        if name == "practice":
+            tasks = generate_practice(args.count, not args.unverified, args.workers)
+        else:
+            tasks = generate_suite(name, args.workers, seen)
         seen = tasks if name == "seen" else seen
         write_tasks(path, tasks)
         print(f"written: {path}")

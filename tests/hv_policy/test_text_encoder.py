@@ -57,7 +57,7 @@ def test_an_unknown_word_is_near_a_known_one_of_like_spelling():
     encoder = make_encoder(["shelf", "vase", "box"])
 
     def embedding(word: str) -> torch.Tensor:  # before the transformer: only what the spelling gives
-        return encoder.trigram(encoder._tokenize([word])[1]).mean(2)[0, 0]
+        return encoder.trigram(encoder._tokenize([[word]])[1]).mean(2)[0, 0]
 
     similar = torch.cosine_similarity(embedding("bookshelf"), embedding("bookshelves"), dim=0)
     other = torch.cosine_similarity(embedding("bookshelf"), embedding("carpet"), dim=0)

@@ -2,13 +2,15 @@
 
 import pytest
 
+from hv_policy.text_encoder import split_words
 from hv_scripts.task_jobs import generate_suite, is_solvable
-from hv_sim.floor_plans import floor_plan
+from hv_sim.floor_plans import HELD_OUT, floor_plan
 from hv_sim.furniture import FURNITURE_KINDS
+from hv_sim.objects import OBJECT_KINDS
 from hv_sim.rooms import ROOM_KINDS
 from hv_sim.suites import SUITES, load_suite, suite_path, write_tasks
 from hv_sim.task import check_task
-from hv_sim.task_generator import OBJECTS_IN, SEEN_PLANS, SUBTASKS, UNSEEN_PLANS, draw_suite, draw_task
+from hv_sim.task_generator import OBJECTS_IN, PRACTICE_PLANS, SEEN_PLANS, SUBTASKS, UNSEEN_PLANS, draw_suite, draw_task
 
 
 @pytest.mark.parametrize(
@@ -53,3 +55,16 @@ def test_whole_suites_are_drawn_again_byte_for_byte(tmp_path):
         path = tmp_path / suite_path(name).name
         write_tasks(path, tasks)
         assert path.read_bytes() == suite_path(name).read_bytes(), name
+
+
+def test_practice_has_plans_that_no_suite_has_and_words_of_the_seen_tasks():
+    assert not set(PRACTICE_PLANS) & {*SEEN_PLANS, *UNSEEN_PLANS}
+    assert max(PRACTICE_PLANS) < HELD_OUT
+    drawn = [draw_task("practice", i) for i in range(8)]
+    assert drawn[5] == draw_task("practice", 5)
+    known = {word for task in load_suite("seen") for s in task.subtasks for p in s.phrasings for word in split_words(p)}
+    words = {word for task in drawn for s in task.subtasks for p in s.phrasings for word in split_words(p)}
+    assert words <= known
+    assert not any(OBJECT_KINDS[o.kind].held_out for task in drawn for o in task.objects)
+    plans = {floor_plan(kind, i).furniture for kind in ROOM_KINDS for i in (*SEEN_PLANS, *UNSEEN_PLANS)}
+    assert not {task.furniture for task in drawn} & plans

@@ -8,7 +8,7 @@ from PIL import Image
 from stock_commands import error_lines, run_command
 
 from hv_sim.objects import PACKAGED_KINDS
-from hv_sim.suites import load_suite
+from hv_sim.suites import load_suite, read_tasks
 from hv_sim.task import save_task
 
 
@@ -117,3 +117,14 @@ def test_a_broken_mesh_is_refused(tmp_path: Path):
     [line] = error_lines(done.stdout)
     assert "not finite" in line
     assert not (tmp_path / "own").exists()
+
+
+def test_practice_is_drawn_in_rooms_of_its_own(tmp_path: Path):
+    arguments = ("generate", "practice", "--count", "2", "--unverified", "--workers", "1", "--output", tmp_path)
+    done = tasks(*arguments)
+    assert done.returncode == 0, done.stdout
+    drawn = read_tasks(tmp_path / "practice.jsonl.gz")
+    assert [task.name for task in drawn] == ["practice_000", "practice_001"]
+    assert not {task.furniture for task in drawn} & {task.furniture for task in load_suite("seen")}
+    listed = tasks("list", tmp_path / "practice.jsonl.gz").stdout
+    assert all(task.subtasks[0].instruction in listed for task in drawn)
