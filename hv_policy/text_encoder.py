@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 
@@ -91,11 +92,9 @@ class TextEncoder(nn.Module):
         rows = [[trigram_buckets(word) for word in line] for line in words]
         length = max(len(line) for line in words)
         width = max(len(row) for line in rows for row in line)
-        numbers = torch.full((len(words), length), PAD)
-        buckets = torch.full((len(words), length, width), PAD)
-        for i, line in enumerate(words):
-            numbers[i, : len(line)] = torch.tensor([self._number.get(word, UNKNOWN) for word in line])
-            for j, row in enumerate(rows[i]):
-                buckets[i, j, : len(row)] = torch.tensor(row)
+        nothing = (PAD,) * width
+        numbers = [[self._number.get(word, UNKNOWN) for word in line] + [PAD] * (length - len(line)) for line in words]
+        buckets = [[row + nothing[len(row) :] for row in line] + [nothing] * (length - len(line)) for line in rows]
         device = self.position.device
-        return numbers.to(device), buckets.to(device)
+        # by way of numpy, which reads nested lists many times as fast
+        return torch.from_numpy(np.array(numbers)).to(device), torch.from_numpy(np.array(buckets)).to(device)

@@ -36,7 +36,8 @@ class BeliefConfig:
         drift: error of odometry, m for each m.
         searching: an object or goal is looked for by turning round if its squashed deviation is larger than this; far
             away that is the deviation as a share of the distance.
-        search_rad: how far the robot turns for that at most, for one instruction; then it goes by its best guess.
+        search_rad: how far the robot turns for that at most; then it goes by its best guess,
+        search_again_m: and having walked so far it may turn round again.
         unrest: deviation by which everything may change in one control step, m.
         doubt: deviation of an object that was lost, m.
     """
@@ -46,6 +47,7 @@ class BeliefConfig:
     looks: float = 2.0
     searching: float = 0.8
     search_rad: float = 7.0
+    search_again_m: float = 2.5
     drift: float = 0.03
     unrest: float = 0.003
     doubt: float = 0.7

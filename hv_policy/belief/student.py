@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import torch
+import torch.nn.functional as F
 from torch import Tensor, nn
 
 from hv_policy.belief.belief import Belief, BeliefConfig
@@ -57,6 +58,8 @@ SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.s
 LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD = 0.02, 1.5
 UNKNOWN_SHARE = 0.15
 THINGS_WEIGHT, SPOTS_WEIGHT = 0.3, 0.1
+OUT_OF_VIEW_SHARE = 0.15
+"""So many of the things that are not in a picture are asked for in it; those that are, all of them."""
 NAMELESS = "nothing"
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
 
@@ -132,12 +135,15 @@ class BeliefNetwork(nn.Module):
         if landmarks is None:
             return perception.judge(shown, words, is_word), torch.zeros(len(state), device=device)
         boxes, exists = landmarks.boxes.to(device), landmarks.exists.to(device)
-        distinct = sorted({*landmarks.names, *landmarks.spot_names})
+        label = first_box_hit(read_proprioception(state), perception.rays, boxes, exists)
+        in_view = F.one_hot(label + 1, exists.shape[1] + 1)[..., 1:].any(1)
+        asked = (in_view | (torch.rand(exists.shape, device=device) < OUT_OF_VIEW_SHARE)).flatten().tolist()
+        thing_names = [name if ask else "" for name, ask in zip(landmarks.names, asked, strict=True)]
+        distinct = sorted({*thing_names, *landmarks.spot_names})
         number = {name: i for i, name in enumerate(distinct)}
         names, is_name = perception.text([name or NAMELESS for name in distinct])
-        which = torch.tensor([number[name] for name in landmarks.names], device=device).view_as(exists)
-        has_name = torch.tensor([bool(name) for name in landmarks.names], device=device).view_as(exists)
-        label = first_box_hit(read_proprioception(state), perception.rays, boxes, exists)
+        which = torch.tensor([number[name] for name in thing_names], device=device).view_as(exists)
+        has_name = torch.tensor([bool(name) for name in thing_names], device=device).view_as(exists)
         things = naming_error(perception.name(shown, names, is_name, which), label, has_name)
         there = landmarks.spot_exists.to(device)
         of_spots = torch.tensor([number[name] for name in landmarks.spot_names], device=device)
@@ -171,7 +177,9 @@ class Following:
     way: Tensor
     """(N, 8) as `hv_policy.belief.places` has it, but in the frame of the belief's pose."""
     searched_rad: Tensor
-    """(N,) how far the robot has turned round, looking for something, since the instruction."""
+    """(N,) how far the robot has turned round, looking for something."""
+    walked_m: Tensor
+    """(N,) how far it has walked since."""
     intent: Tensor
     """(N, 14) the last one."""
 
@@ -183,15 +191,17 @@ class Following:
         prior.reset()
         blind = torch.full((n,), config.look_every)
         memory, way = TaskMemory.of(n), torch.zeros(n, WAY_DIM)
-        belief, searched, intent = Belief(n, config), torch.zeros(n), torch.zeros(n, 14)
-        return Following(belief, memory, prior, list(instructions), blind, way, searched, intent)
+        belief, intent = Belief(n, config), torch.zeros(n, 14)
+        searched, walked = torch.zeros(n), torch.zeros(n)
+        return Following(belief, memory, prior, list(instructions), blind, way, searched, walked, intent)
 
     def copy(self) -> Following:
         """The same, from where another future may begin."""
         prior = self.copied_prior()
         belief, memory, way = copy.deepcopy(self.belief), self.memory.clone(), self.way.clone()
-        blind, searched, intent = self.blind_steps.clone(), self.searched_rad.clone(), self.intent.clone()
-        return Following(belief, memory, prior, list(self.instructions), blind, way, searched, intent)
+        blind, searched, walked = self.blind_steps.clone(), self.searched_rad.clone(), self.walked_m.clone()
+        intent = self.intent.clone()
+        return Following(belief, memory, prior, list(self.instructions), blind, way, searched, walked, intent)
 
     def copied_prior(self) -> MotorPrior:
         """The motor prior in its present state; what the copy does leaves this one alone."""
@@ -208,7 +218,7 @@ class Following:
             self.belief.forget(ids)
             self.memory.reset(ids)
             self.blind_steps[ids] = self.belief.config.look_every
-            self.searched_rad[ids] = 0.0
+            self.searched_rad[ids] = self.walked_m[ids] = 0.0
             self.instructions = list(instructions)
 
     @property
@@ -230,8 +240,9 @@ class Following:
             words, is_word: (N, L, dim) and (N, L) bool, from `Perception.text`.
         """
         body = read_proprioception(state)
-        phase = self.memory.phase
+        phase, before = self.memory.phase, self.belief.pose
         self.belief.move(body, (phase >= Phase.LIFT) & (phase <= Phase.LOWER))
+        self.walked_m = self.walked_m + (self.belief.pose - before)[:, :2].norm(dim=-1)
         looks = self.looks
         if len(looks):
             self._look(network.perception, looks, pictures, state[looks], words[looks], is_word[looks])
@@ -250,6 +261,9 @@ class Following:
         to_object, carries = phase <= Phase.ALIGN, phase == Phase.CARRY
         unknown = torch.where(carries, log_spread[:, GOAL.start], log_spread[:, OBJECT.start]).exp() > c.searching
         searches = (to_object | carries) & unknown & (self.searched_rad < c.search_rad)
+        self.walked_m = self.walked_m * ~searches
+        again = self.walked_m > c.search_again_m
+        self.searched_rad, self.walked_m = self.searched_rad * ~again, self.walked_m * ~again
         if not bool(searches.any()):
             return intent
         rate = torch.where(carries, CARRYING_TURN_RAD_S, SEARCHING_TURN_RAD_S)
