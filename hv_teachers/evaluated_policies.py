@@ -16,30 +16,45 @@ from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR
 from hv_sim.world import RearrangeWorld
 from hv_teachers.episodes import EvaluatedPolicy, files_fingerprint
 from hv_teachers.expert import PlannerExpert
+from hv_teachers.impairments import NOTHING_TAKEN, Impairments
 from hv_teachers.planner import PlannerConfig
 from hv_teachers.teacher import TEACHER_FILES, WEIGHTS, Teacher, load_shipped_teacher
 
+SHIPPED_STUDENT = SHIPPED_MOTOR_PRIOR.parent / "student"
 _WEIGHTS = ("*.safetensors", "*.json", "*.pt", "*.bin")
 
 
-def load_evaluated_policy(name: str) -> EvaluatedPolicy:
-    """`planner`, `teacher`, a folder with teachers, or a folder with a LeRobot policy (`pretrained_model`).
+def load_evaluated_policy(name: str, impairments: Impairments = NOTHING_TAKEN) -> EvaluatedPolicy:
+    """`planner`, `teacher`, `student`, a folder with teachers, or a folder with a LeRobot policy (`pretrained_model`).
+
+    Args:
+        name: which.
+        impairments: what is taken from it, if it sees.
 
     Raises:
-        ValueError: it is none of these, or cannot be read.
+        ValueError: it is none of these, cannot be read, or does not see anything that could be taken from it.
     """
+    policy = _load(name)
+    if isinstance(policy, _LeRobotPolicy):
+        policy.impairments = impairments
+    elif impairments:
+        raise ValueError(f"without, wrong_instruction: {name} neither sees nor listens; valid: a policy with a camera")
+    return policy
+
+
+def _load(name: str) -> EvaluatedPolicy:
     if name == "planner":
         return _Planner()
     if name == "teacher":
         return _Teacher(load_shipped_teacher(), WEIGHTS)
-    folder = Path(name)
+    folder = SHIPPED_STUDENT if name == "student" else Path(name)
     if (folder / TEACHER_FILES[0]).is_file():
         return _Teacher(Teacher.load(folder), folder)
     for candidate in (folder, folder / "pretrained_model", folder / "checkpoints" / "last" / "pretrained_model"):
         if (candidate / "config.json").is_file():
             return _LeRobotPolicy(candidate)
     raise ValueError(
-        f"policy: {name!r} is not known; valid: planner, teacher, a folder of teachers, or a LeRobot checkpoint"
+        f"policy: {name!r} is not known; valid: planner, teacher, student, a folder of teachers or a LeRobot checkpoint"
     )
 
 
@@ -90,7 +105,7 @@ class _LeRobotPolicy:
 
         import lerobot_policy_hv  # noqa: F401  (makes --policy.type=hv known)
 
-        self.folder = folder
+        self.folder, self.impairments = folder, NOTHING_TAKEN
         try:
             config = PreTrainedConfig.from_pretrained(folder)
             config.pretrained_path = folder
@@ -114,12 +129,13 @@ class _LeRobotPolicy:
         from lerobot.envs.utils import preprocess_observation
 
         assert observation is not None
+        observation = self.impairments.seen(observation)
         batch = {
             "pixels": {k: v[None] for k, v in observation["pixels"].items()},
             "agent_pos": observation["agent_pos"][None],
         }
         inputs = preprocess_observation(batch)
-        inputs["task"] = world.instructions()
+        inputs["task"] = self.impairments.told(world)
         with torch.inference_mode():
             action = self.after(self.policy.select_action(self.before(inputs)))
         return torch.from_numpy(np.asarray(action.to("cpu").numpy(), dtype=np.float32))

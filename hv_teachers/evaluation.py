@@ -28,6 +28,7 @@ from hv_sim.task import Task
 from hv_teachers.engines import Slice, check_engine, num_processes, run_jobs
 from hv_teachers.episodes import FAILURES, Episode, EpisodeOutcome, film_episode, run_episodes, tasks_fingerprint
 from hv_teachers.evaluated_policies import load_evaluated_policy
+from hv_teachers.impairments import NOTHING_TAKEN, Impairments
 from hv_teachers.whole_files import write_whole
 
 EPISODES_FILE, METRICS_FILE, PLAN_FILE = "episodes.jsonl", "metrics.json", "evaluation.json"
@@ -49,6 +50,8 @@ class EvaluationConfig:
     """Thresholds of Algorithm 3; None for one of them is an ablation of the paper."""
     physics: str = "cpu"
     """See `hv_sim.physics_backends`. With `warp` an episode depends on its company, by rounding."""
+    impairments: Impairments = NOTHING_TAKEN
+    """What is taken from a policy that sees."""
 
     def __post_init__(self) -> None:
         check_backend(self.physics)
@@ -95,9 +98,9 @@ def evaluate(
     """
     check_engine(engine)
     output = Path(output)
-    policy = load_evaluated_policy(config.policy)
+    policy = load_evaluated_policy(config.policy, config.impairments)
     plan = {
-        **asdict(config), "tasks": tasks_fingerprint(list(tasks)), "n_tasks": len(tasks),
+        **_plan(config), "tasks": tasks_fingerprint(list(tasks)), "n_tasks": len(tasks),
         "policy_hash": policy.fingerprint(),
     }  # fmt: skip
     file = output / EPISODES_FILE if only is None else output / f"episodes.{only.index}-of-{only.of}.jsonl"
@@ -116,7 +119,7 @@ def evaluate(
     jobs = _jobs(missing, config, num_processes(workers), 1 if policy.sees else BATCH, set(videos), output)
     started = time.time()
     with file.open("a", encoding="utf-8") as lines:
-        for outcome in _play(jobs, config.policy, workers, engine):
+        for outcome in _play(jobs, config, workers, engine):
             done[(outcome.record.task, outcome.repeat)] = outcome
             lines.write(outcome.to_json() + "\n")
             lines.flush()
@@ -135,7 +138,7 @@ def evaluate(
             for o in typical_outcomes(outcomes)
             if not video_path(output, o.record.task, o.repeat).exists()
         ]
-        again = _play([_Job((e,), config, output) for e in chosen], config.policy, workers, engine)
+        again = _play([_Job((e,), config, output) for e in chosen], config, workers, engine)
         for outcome in again:
             if outcome != done[(outcome.record.task, outcome.repeat)]:
                 raise EvaluationError(f"{output}: {outcome.record.task}: the film ends otherwise than the episode did")
@@ -268,7 +271,7 @@ def _begin(output: Path, plan: dict[str, Any]) -> list[EpisodeOutcome]:
             before = json.loads(file.read_text(encoding="utf-8"))
         except ValueError as error:
             raise EvaluationError(f"{file}: damaged ({error}); choose another folder") from None
-        before = {"physics": "cpu", **before}  # folders that are older than the choice
+        before = {**_plan(EvaluationConfig("", "")), **before}  # folders that are older than a choice
         for name, value in plan.items():
             if before.get(name) != value:
                 raise EvaluationError(f"{output}: holds an evaluation with {name}={before.get(name)!r}, not {value!r}")
@@ -277,20 +280,26 @@ def _begin(output: Path, plan: dict[str, Any]) -> list[EpisodeOutcome]:
     return []
 
 
-def _play(jobs: list[_Job], policy: str, workers: int, engine: str) -> Iterator[EpisodeOutcome]:
-    for outcomes in run_jobs(_run, jobs, workers=workers, engine=engine, prepare=_load, arguments=(policy,)):
+def _plan(config: EvaluationConfig) -> dict[str, Any]:
+    """The configuration as JSON has it."""
+    return json.loads(json.dumps(asdict(config)))
+
+
+def _play(jobs: list[_Job], config: EvaluationConfig, workers: int, engine: str) -> Iterator[EpisodeOutcome]:
+    arguments = (config.policy, config.impairments)
+    for outcomes in run_jobs(_run, jobs, workers=workers, engine=engine, prepare=_load, arguments=arguments):
         yield from outcomes
 
 
 _POLICY: Any = None
 
 
-def _load(policy: str) -> None:
+def _load(policy: str, impairments: Impairments) -> None:
     import torch
 
     global _POLICY
     torch.set_num_threads(1)
-    _POLICY = load_evaluated_policy(policy)
+    _POLICY = load_evaluated_policy(policy, impairments)
 
 
 def _run(job: _Job) -> list[EpisodeOutcome]:

@@ -12,6 +12,7 @@ from hv_sim.instructor import InstructorConfig
 from hv_sim.suites import SUITE_SIZES, SUITES, load_suite
 from hv_teachers.episodes import EpisodeOutcome
 from hv_teachers.evaluation import METRICS_FILE, EvaluationConfig, evaluate, read_outcomes
+from hv_teachers.impairments import NOTHING_TAKEN, Impairments, read_impairments
 from hv_teachers.results import EXPERIMENT_FILE, find_results, leaderboard, read_result, with_results
 from hv_teachers.teacher import TEACHER_FILES
 from hv_teachers.teacher_config import CONFIG_FOLDER, read_yaml
@@ -21,7 +22,7 @@ from hv_teachers.whole_files import write_whole
 TRAINED_PER_S, SECONDS_PER_EPISODE = 2500.0, 1.5
 """On two cores of an AMD EPYC, idle: control steps of a teacher's training, and a two-object episode of a policy that
 does not see (`docs/teachers.md`). What is measured here (`timing.json`) is taken instead where there is any."""
-_KEYS = ("policy", "train", "reuse", "suites")
+_KEYS = ("policy", "train", "reuse", "suites", "without", "wrong_instruction")
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,7 @@ class Experiment:
     train: str | None
     reuse: dict[str, str]
     suites: dict[str, int]
+    impairments: Impairments = NOTHING_TAKEN
 
     def narrowed(self, suites: list[str] | None, repeats: int | None) -> Experiment:
         """Only some of its suites, with other repeats.
@@ -100,7 +102,11 @@ def read_experiment(name_or_path: str) -> Experiment:
         raise ValueError(f"{path}: suites: {suites!r} is not valid; valid: a mapping of {', '.join(SUITES)} to repeats")
     if any(not isinstance(n, int) or n < 1 for n in suites.values()):
         raise ValueError(f"{path}: suites: {suites!r} is not valid; valid: repeats are integers >= 1")
-    return Experiment(path.stem, data.get("policy"), data.get("train"), dict(data.get("reuse") or {}), suites)
+    try:
+        taken = read_impairments(data.get("without") or [], bool(data.get("wrong_instruction")))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    return Experiment(path.stem, data.get("policy"), data.get("train"), dict(data.get("reuse") or {}), suites, taken)
 
 
 def plan_of(experiment: Experiment, places: Places) -> str:
@@ -143,7 +149,9 @@ def run_experiment(
     written = []
     for suite, repeats in experiment.suites.items():
         tasks, output = load_suite(suite), places.evaluation(experiment.name, suite)
-        config = EvaluationConfig(policy, suite, repeats, seed, None, instructor)
+        config = EvaluationConfig(
+            policy, suite, repeats, seed, None, instructor, impairments=experiment.impairments
+        )
         with tqdm(total=len(tasks) * repeats, desc=f"{experiment.name} {suite}", unit="episode") as bar:
 
             def tell(_: EpisodeOutcome, done: int, __: int, bar: tqdm = bar) -> None:

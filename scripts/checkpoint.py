@@ -11,13 +11,14 @@ import sys
 
 def main(arguments: list[str] | None = None) -> int:
     from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR
+    from hv_teachers.evaluated_policies import SHIPPED_STUDENT
     from hv_teachers.teacher import TEACHER_FILES, WEIGHTS
 
     places = {
         "motor_prior": SHIPPED_MOTOR_PRIOR,
         "teacher_1": WEIGHTS / TEACHER_FILES[0],
         "teacher_2": WEIGHTS / TEACHER_FILES[1],
-        "student": SHIPPED_MOTOR_PRIOR.parent / "student",
+        "student": SHIPPED_STUDENT,
     }
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("name", choices=sorted(places))

@@ -31,11 +31,13 @@ def main(arguments: list[str] | None = None) -> int:
     from hv_sim.task import TaskError, resolve_tasks
     from hv_teachers.engines import Slice
     from hv_teachers.evaluation import METRICS_FILE, EvaluationConfig, EvaluationError, evaluate
+    from hv_teachers.impairments import read_impairments
 
     try:
         config = EvaluationConfig(
             options.policy, options.suite, options.repeats, options.seed, options.max_episode_steps,
             read_instructor(options.instructor), options.physics,
+            read_impairments(options.without, options.wrong_instruction),
         )  # fmt: skip
         tasks = resolve_tasks(options.suite)
         if options.n_tasks is not None:
@@ -109,7 +111,7 @@ def _table(metrics: dict) -> str:
 
 def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--policy", required=True, help="planner, teacher, or the folder of a LeRobot checkpoint")
+    parser.add_argument("--policy", required=True, help="planner, teacher, student, or a LeRobot checkpoint's folder")
     parser.add_argument("--suite", default="unseen", help="a suite, some of its tasks (unseen:0-9), a task, or a file")
     parser.add_argument("--n-tasks", type=_positive, help="only so many of them, spread evenly")
     parser.add_argument("--repeats", type=_positive, default=1, help="episodes of each task")
@@ -125,6 +127,12 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
         "--instructor", nargs="*", default=[], metavar="KEY=VALUE",
         help="thresholds of Algorithm 3, such as max_object_speed_m_s=null (an ablation)",
     )  # fmt: skip
+    parser.add_argument(
+        "--without", nargs="*", default=[], metavar="MODALITY", help="blank vision, language or proprioception"
+    )
+    parser.add_argument(
+        "--wrong-instruction", action="store_true", help="tell it another sub-task's instruction than the one in force"
+    )
     parser.add_argument("--output", type=Path, required=True, help="folder for metrics.json and episodes.jsonl")
     return parser.parse_args(arguments)
 

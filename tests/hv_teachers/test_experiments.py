@@ -38,7 +38,9 @@ def test_runs_and_is_reused(tmp_path, monkeypatch):
     monkeypatch.setattr(experiments, "load_suite", lambda name: load_suite(name)[:2])
     monkeypatch.setitem(experiments.SUITE_SIZES, "unseen", 2)
     real = evaluation.EvaluationConfig
-    monkeypatch.setattr(experiments, "EvaluationConfig", lambda p, s, r, seed, _, i: real(p, s, r, seed, 30, i))
+    monkeypatch.setattr(
+        experiments, "EvaluationConfig", lambda p, s, r, seed, _, i, **more: real(p, s, r, seed, 30, i, **more)
+    )
     places, experiment = Places(tmp_path), read_experiment("planner").narrowed(["unseen"], 1)
     written = run_experiment(experiment, places, workers=1)
     assert [p.name for p in written] == ["metrics.json", "RESULTS.md"]
@@ -58,6 +60,7 @@ def test_runs_and_is_reused(tmp_path, monkeypatch):
         ("policy: planner\nsuites: {other: 1}", "suites"),
         ("policy: planner\nsuites: {seen: 0}", "repeats"),
         ("policy: planner\nsuites: {seen: 1}\ncolour: red", "colour: unknown"),
+        ("policy: student\nsuites: {seen: 1}\nwithout: [smell]", "without: 'smell' is not valid"),
     ],
 )
 def test_bad_files_are_refused(tmp_path, text, message):
