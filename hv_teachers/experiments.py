@@ -149,9 +149,7 @@ def run_experiment(
     written = []
     for suite, repeats in experiment.suites.items():
         tasks, output = load_suite(suite), places.evaluation(experiment.name, suite)
-        config = EvaluationConfig(
-            policy, suite, repeats, seed, None, instructor, impairments=experiment.impairments
-        )
+        config = EvaluationConfig(policy, suite, repeats, seed, None, instructor, impairments=experiment.impairments)
         with tqdm(total=len(tasks) * repeats, desc=f"{experiment.name} {suite}", unit="episode") as bar:
 
             def tell(_: EpisodeOutcome, done: int, __: int, bar: tqdm = bar) -> None:

@@ -40,6 +40,11 @@ class BeliefConfig:
         search_again_m: and having walked so far it may turn round again.
         unrest: deviation by which everything may change in one control step, m.
         doubt: deviation of an object that was lost, m.
+        absent: where something should be in the picture, and this far from its edge at least (share of half its width),
+        absent_within_m: and so near at most,
+        absent_share: and it is not in the picture as likely as that, then each look makes it less certain:
+        absent_growth: its variance by this factor, and
+        absent_m: by this deviation, m.
     """
 
     look_every: int = 3
@@ -51,6 +56,11 @@ class BeliefConfig:
     drift: float = 0.03
     unrest: float = 0.003
     doubt: float = 0.7
+    absent: float = 0.2
+    absent_within_m: float = 2.0
+    absent_share: float = 0.8
+    absent_growth: float = 1.3
+    absent_m: float = 0.05
 
 
 class Belief:
@@ -75,6 +85,15 @@ class Belief:
         """In environments `ids` (n,) the object was lost: it may be elsewhere."""
         rows = self.variance[ids]
         rows[:, _OF_OBJECT] = rows[:, _OF_OBJECT].clamp(min=self.config.doubt**2)
+        self.variance[ids] = rows
+
+    def disbelieve(self, ids: Tensor, place: slice) -> None:
+        """Environments `ids` (n,) looked where `place` (`OBJECT` or `GOAL`) should be, and it was not there."""
+        groups = [i for i, g in enumerate(GROUPS) if place.start <= g.start < place.stop]
+        if place == OBJECT:
+            groups = _OF_OBJECT
+        rows = self.variance[ids]
+        rows[:, groups] = (rows[:, groups] * self.config.absent_growth + self.config.absent_m**2).clamp(max=UNKNOWN)
         self.variance[ids] = rows
 
     def move(self, body: BodyState, carries: Tensor) -> None:

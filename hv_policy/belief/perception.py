@@ -32,6 +32,7 @@ from hv_policy.text_encoder import TextEncoder
 
 LEAST_LOG_SPREAD, MOST_LOG_SPREAD = math.log(0.01), math.log(5.0)
 NUM_POINTED = 4
+OBJECT_QUERY, GOAL_QUERY = 0, 1
 """Queries that are told which part of the picture to point at: object, goal, and the places to stand for either."""
 _BLUR, _POINTING_WEIGHT = 0.6, 0.15
 _TRUST_UNIT = 10.0
@@ -47,7 +48,7 @@ class Measurement:
     log_spread: Tensor  # (B, 21) logarithm of the deviation
     impression: Tensor  # (B, hidden), for `Perception.way`
     pointing: Tensor  # (B, NUM_POINTED, 1 + T) log-probabilities: not in the picture, or in this part of it
-    spots: Tensor  # (B, J, 1 + T), the same for spots that were named by themselves
+    spots: Tensor  # (B, J, 1 + T), the same for spots and things that were named by themselves
 
 
 @dataclass
@@ -61,9 +62,9 @@ class Sight:
 
 @dataclass
 class NamedSpots:
-    """Names of J spots of each of B pictures."""
+    """Names of J spots and things of each of B pictures, and the query (`OBJECT_QUERY`, `GOAL_QUERY`) that asks."""
 
-    num: int  # J
+    queries: list[int]  # J
     words: Tensor  # (B * J, L, dim)
     is_word: Tensor  # (B * J, L) bool
 
@@ -139,18 +140,19 @@ class Perception(nn.Module):
         Args:
             sight: from `look`.
             words, is_word: (B, L, dim) and (B, L) bool, from `text`.
-            spots: named by themselves, to be pointed at with the query of goals.
+            spots: named by themselves, to be pointed at as objects and goals are.
         """
         tokens, own = sight.tokens, len(self.queries)
-        asked = 0 if spots is None else spots.num
+        asked = [] if spots is None else spots.queries
         queries = self.queries.expand(len(tokens), -1, -1)
-        others = self.queries[1].expand(len(tokens), asked, -1)
+        others = self.queries[asked].expand(len(tokens), -1, -1)
         for layer in self.fusion:
             queries = queries + layer.read(queries, words, is_word)
             if spots is not None:
                 alone = others.flatten(0, 1)[:, None]
                 others = others + layer.read(alone, spots.words, spots.is_word).view_as(others)
-            queries, others = layer.look_and_think(torch.cat([queries, others], 1), tokens, None).split([own, asked], 1)
+            together = layer.look_and_think(torch.cat([queries, others], 1), tokens, None)
+            queries, others = together[:, :own], together[:, own:]
         pointing = self._pointing(torch.cat([queries, others], 1), sight)
         there = pointing[:, :own].exp()
         found = there[..., 1:] @ torch.cat([tokens, sight.rays], -1)

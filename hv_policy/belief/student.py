@@ -13,8 +13,11 @@ from torch import Tensor, nn
 
 from hv_policy.belief.belief import Belief, BeliefConfig
 from hv_policy.belief.boxes import first_box_hit
+from hv_policy.belief.camera import project
 from hv_policy.belief.labels import Landmarks
 from hv_policy.belief.perception import (
+    GOAL_QUERY,
+    OBJECT_QUERY,
     Measurement,
     NamedSpots,
     Perception,
@@ -57,7 +60,8 @@ DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
 LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD = 0.02, 1.5
 UNKNOWN_SHARE = 0.15
-THINGS_WEIGHT, SPOTS_WEIGHT = 0.3, 0.1
+THINGS_WEIGHT, SPOTS_WEIGHT = 0.3, 0.2
+THINGS_ASKED = 2
 OUT_OF_VIEW_SHARE = 0.15
 """So many of the things that are not in a picture are asked for in it; those that are, all of them."""
 NAMELESS = "nothing"
@@ -145,10 +149,18 @@ class BeliefNetwork(nn.Module):
         which = torch.tensor([number[name] for name in thing_names], device=device).view_as(exists)
         has_name = torch.tensor([bool(name) for name in thing_names], device=device).view_as(exists)
         things = naming_error(perception.name(shown, names, is_name, which), label, has_name)
-        there = landmarks.spot_exists.to(device)
+        # some of the things and of the spots are asked for as objects and goals are: whatever is near and in view is
+        # the object of most pictures of an attempt, but must not be for that
+        number_asked = min(THINGS_ASKED, exists.shape[1])
+        chosen = (torch.rand(exists.shape, device=device) + in_view + 2 * has_name).topk(number_asked, 1).indices
         of_spots = torch.tensor([number[name] for name in landmarks.spot_names], device=device)
-        seen = perception.judge(shown, words, is_word, NamedSpots(there.shape[1], names[of_spots], is_name[of_spots]))
-        wrong = pointing_error(seen.spots, state, landmarks.spots.to(device)) * there
+        asked_for = torch.cat([which.gather(1, chosen), of_spots.view(len(which), -1)], 1)
+        queries = [OBJECT_QUERY] * number_asked + [GOAL_QUERY] * landmarks.spots.shape[1]
+        named = NamedSpots(queries, names[asked_for.flatten()], is_name[asked_for.flatten()])
+        seen = perception.judge(shown, words, is_word, named)
+        there = torch.cat([has_name.gather(1, chosen), landmarks.spot_exists.to(device)], 1)
+        middles = boxes[..., :3].gather(1, chosen[..., None].expand(-1, -1, 3))
+        wrong = pointing_error(seen.spots, state, torch.cat([middles, landmarks.spots.to(device)], 1)) * there
         spots = wrong.sum(1) / there.sum(1).clamp(min=1)
         return seen, THINGS_WEIGHT * things + SPOTS_WEIGHT * spots
 
@@ -284,6 +296,7 @@ class Following:
         known = (-2 * PRIOR_SPREAD.log()).exp() * (self.searched_rad[ids] < self.belief.config.search_rad)[:, None]
         told = ((-2 * seen.log_spread).exp() - known.to(places)).clamp(min=1e-4)
         self.belief.measure(ids, places, told.rsqrt() * stretch(places))
+        self._miss(ids, seen, state)
         places_h, log_spread = self.belief.now()
         phase, clock = self.memory.phase[ids], self.memory.clock_s[ids]
         features = belief_features(squash(places_h[ids]), log_spread[ids], phase, clock)
@@ -294,6 +307,23 @@ class Following:
         way[:, AWAY] = turned(way[:, AWAY], cos, sin)
         way[:, FLAGS] = (way[:, FLAGS] > 0).to(way)
         self.way = self.way.index_copy(0, ids, way)
+
+    def _miss(self, ids: Tensor, seen: Measurement, state: Tensor) -> None:
+        """What should be in the pictures of environments `ids`, and is not, is believed less.
+
+        Without it one wrong sight is believed for ever: a hundred pictures that show nothing say nothing of a place.
+        """
+        c, phase = self.belief.config, self.memory.phase[ids]
+        places_h, body = self.belief.now()[0][ids], read_proprioception(state)
+        looked_for = (phase <= Phase.ALIGN, phase == Phase.CARRY)
+        for query, (place, matters) in enumerate(zip((OBJECT, GOAL), looked_for, strict=True)):
+            at, visible = project(body, places_h[:, None, place])
+            inside = visible[:, 0] & (at[:, 0].abs() < 1 - c.absent).all(-1)
+            near = places_h[:, place][:, :2].norm(dim=-1) < c.absent_within_m
+            absent = seen.pointing[:, query, 0].exp() > c.absent_share
+            missed = ids[inside & near & absent & matters]
+            if len(missed):
+                self.belief.disbelieve(missed, place)
 
     def _way_now(self, places_h: Tensor) -> Tensor:
         """(N, 8) the way in the present heading frame; where the waypoint is a stand, the one that is believed in."""

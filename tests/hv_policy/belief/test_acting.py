@@ -184,7 +184,7 @@ def test_who_does_not_know_where_a_thing_is_looks_round_but_not_for_ever(states)
 
 def test_parts_of_pictures_learn_the_names_of_what_they_show(states):
     """A red and a blue patch stand where two boxes are; which is which has to be learned from their names."""
-    policy = make_believer()
+    policy = make_believer(word_dropout=0.0)
     policy.train()
     state = states[0][:1]
     body = read_proprioception(state)
@@ -213,4 +213,6 @@ def test_parts_of_pictures_learn_the_names_of_what_they_show(states):
         loss.backward()
         torch.nn.utils.clip_grad_norm_(policy.parameters(), 5.0)
         optimizer.step()
-    assert figures["naming_loss"] < 0.3 * 0.3  # of a log-likelihood that begins at about one
+    # 0.3 of a log-likelihood that begins at about one, and 0.2 of one that begins at log(65) = 4.2 and cannot go below the
+    # entropy of the blurred middle that it is to point at, 1.8
+    assert figures["naming_loss"] < 0.3 * 0.1 + 0.2 * 1.9
