@@ -36,8 +36,13 @@ class BeliefConfig:
         drift: error of odometry, m for each m.
         searching: an object or goal is looked for by turning round if its squashed deviation is larger than this; far
             away that is the deviation as a share of the distance.
-        search_rad: how far the robot turns for that at most; then it goes by its best guess,
-        search_again_m: and having walked so far it may turn round again.
+        search_rad: how far the robot turns for that at most; then it walks away from what is near, by
+        explore_m: and for
+        explore_s: at most, and turns round there.
+        search_rounds: having turned round so many times for one instruction it goes by its best guess.
+        sure_m: an object is not reached for while its deviation is larger,
+        patience_s: nor any longer than this: then it is taken for lost.
+        inside_m: an object cannot be so near to the middle of the robot.
         unrest: deviation by which everything may change in one control step, m.
         doubt: deviation of an object that was lost, m.
         absent: where something should be in the picture, and this far from its edge at least (share of half its width),
@@ -52,7 +57,12 @@ class BeliefConfig:
     looks: float = 2.0
     searching: float = 0.8
     search_rad: float = 7.0
-    search_again_m: float = 2.5
+    explore_m: float = 1.5
+    explore_s: float = 6.0
+    search_rounds: int = 3
+    sure_m: float = 0.25
+    patience_s: float = 8.0
+    inside_m: float = 0.25
     drift: float = 0.03
     unrest: float = 0.003
     doubt: float = 0.7

@@ -65,6 +65,7 @@ THINGS_ASKED = 2
 OUT_OF_VIEW_SHARE = 0.15
 """So many of the things that are not in a picture are asked for in it; those that are, all of them."""
 NAMELESS = "nothing"
+ARRIVED_M = 0.35
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
 
 
@@ -190,8 +191,12 @@ class Following:
     """(N, 8) as `hv_policy.belief.places` has it, but in the frame of the belief's pose."""
     searched_rad: Tensor
     """(N,) how far the robot has turned round, looking for something."""
-    walked_m: Tensor
-    """(N,) how far it has walked since."""
+    rounds: Tensor
+    """(N,) how often it has turned all round since the instruction."""
+    exploring_s: Tensor
+    """(N,) how long it has been walking to another place to look from; 0 while it is not."""
+    vantage: Tensor
+    """(N, 2) that place, in the frame of the belief's pose."""
     intent: Tensor
     """(N, 14) the last one."""
 
@@ -203,17 +208,19 @@ class Following:
         prior.reset()
         blind = torch.full((n,), config.look_every)
         memory, way = TaskMemory.of(n), torch.zeros(n, WAY_DIM)
-        belief, intent = Belief(n, config), torch.zeros(n, 14)
-        searched, walked = torch.zeros(n), torch.zeros(n)
-        return Following(belief, memory, prior, list(instructions), blind, way, searched, walked, intent)
+        belief = Belief(n, config)
+        search = torch.zeros(n), torch.zeros(n), torch.zeros(n), torch.zeros(n, 2)
+        return Following(belief, memory, prior, list(instructions), blind, way, *search, torch.zeros(n, 14))
 
     def copy(self) -> Following:
         """The same, from where another future may begin."""
         prior = self.copied_prior()
         belief, memory, way = copy.deepcopy(self.belief), self.memory.clone(), self.way.clone()
-        blind, searched, walked = self.blind_steps.clone(), self.searched_rad.clone(), self.walked_m.clone()
-        intent = self.intent.clone()
-        return Following(belief, memory, prior, list(self.instructions), blind, way, searched, walked, intent)
+        searched, rounds = self.searched_rad.clone(), self.rounds.clone()
+        exploring, vantage = self.exploring_s.clone(), self.vantage.clone()
+        blind, intent = self.blind_steps.clone(), self.intent.clone()
+        instructions = list(self.instructions)
+        return Following(belief, memory, prior, instructions, blind, way, searched, rounds, exploring, vantage, intent)
 
     def copied_prior(self) -> MotorPrior:
         """The motor prior in its present state; what the copy does leaves this one alone."""
@@ -230,7 +237,7 @@ class Following:
             self.belief.forget(ids)
             self.memory.reset(ids)
             self.blind_steps[ids] = self.belief.config.look_every
-            self.searched_rad[ids] = self.walked_m[ids] = 0.0
+            self.searched_rad[ids] = self.rounds[ids] = self.exploring_s[ids] = 0.0
             self.instructions = list(instructions)
 
     @property
@@ -252,37 +259,55 @@ class Following:
             words, is_word: (N, L, dim) and (N, L) bool, from `Perception.text`.
         """
         body = read_proprioception(state)
-        phase, before = self.memory.phase, self.belief.pose
+        phase = self.memory.phase
         self.belief.move(body, (phase >= Phase.LIFT) & (phase <= Phase.LOWER))
-        self.walked_m = self.walked_m + (self.belief.pose - before)[:, :2].norm(dim=-1)
         looks = self.looks
         if len(looks):
             self._look(network.perception, looks, pictures, state[looks], words[looks], is_word[looks])
         self.blind_steps += 1
         self.blind_steps[looks] = 1
         places_h, log_spread = self.belief.now()
+        searches = self._searches(log_spread)
         remembered = self.memory.clone()
         intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
-        self.intent = self._search(intent, remembered, log_spread)
+        self.intent = self._turn_round(searches, intent, remembered)
         return self.intent
 
-    def _search(self, intent: Tensor, remembered: TaskMemory, log_spread: Tensor) -> Tensor:
-        """(N, 14) the intent; but where it is not known where the object or, once that is carried, its goal is, the
-        robot turns round on the spot, and remembers what it did before (`remembered`)."""
-        c, phase = self.belief.config, remembered.phase
-        to_object, carries = phase <= Phase.ALIGN, phase == Phase.CARRY
+    def _searches(self, log_spread: Tensor) -> Tensor:
+        """(N,) bool: it is not known where the object or, once that is carried, its goal is, and the robot turns round
+        on the spot to see. Having turned all round it walks to another place first (`vantage`)."""
+        c, phase = self.belief.config, self.memory.phase
+        to_object, carries = phase <= Phase.REACH, phase == Phase.CARRY
         unknown = torch.where(carries, log_spread[:, GOAL.start], log_spread[:, OBJECT.start]).exp() > c.searching
-        searches = (to_object | carries) & unknown & (self.searched_rad < c.search_rad)
-        self.walked_m = self.walked_m * ~searches
-        again = self.walked_m > c.search_again_m
-        self.searched_rad, self.walked_m = self.searched_rad * ~again, self.walked_m * ~again
+        wants = (to_object | carries) & unknown & ~self._given_up
+        seen_all = wants & (self.searched_rad >= c.search_rad)
+        begins = seen_all & (self.exploring_s == 0)
+        there = self.belief.pose[:, :2] + c.explore_m * F.normalize(self.way[:, AWAY], dim=-1)
+        self.vantage = torch.where(begins[:, None], there, self.vantage)
+        self.exploring_s = torch.where(seen_all, self.exploring_s + CONTROL_DT_S, torch.zeros_like(self.exploring_s))
+        near = (self.vantage - self.belief.pose[:, :2]).norm(dim=-1) < ARRIVED_M
+        arrived = seen_all & (near | (self.exploring_s > c.explore_s))
+        self.rounds = self.rounds + begins
+        self.searched_rad, self.exploring_s = self.searched_rad * ~arrived, self.exploring_s * ~arrived
+        return wants & (self.searched_rad < c.search_rad)
+
+    @property
+    def _given_up(self) -> Tensor:
+        """(N,) bool: it goes by its best guess."""
+        return self.rounds >= self.belief.config.search_rounds
+
+    def _turn_round(self, searches: Tensor, intent: Tensor, remembered: TaskMemory) -> Tensor:
+        """(N, 14) the intent, but where it `searches` (N,) that of turning; that is not remembered as work."""
         if not bool(searches.any()):
             return intent
+        carries = remembered.phase == Phase.CARRY
         rate = torch.where(carries, CARRYING_TURN_RAD_S, SEARCHING_TURN_RAD_S)
         self.searched_rad = self.searched_rad + rate * CONTROL_DT_S * searches
         looking = intent.clone()
         looking[:, VELOCITY] = torch.stack([torch.zeros_like(rate), torch.zeros_like(rate), rate], -1)
         looking[:, GAZE] = torch.tensor([0.0, 0.4])
+        reaches = (remembered.phase == Phase.ALIGN) | (remembered.phase == Phase.REACH)
+        remembered.phase = torch.where(reaches, torch.zeros_like(remembered.phase), remembered.phase)
         self.memory = remembered.where(searches, self.memory)
         return torch.where(searches[:, None], looking, intent)
 
@@ -293,7 +318,7 @@ class Following:
         seen = perception(pictures, state, words, is_word)
         places = unsquash(seen.places)
         # what the network knows without looking must not count anew with every picture
-        known = (-2 * PRIOR_SPREAD.log()).exp() * (self.searched_rad[ids] < self.belief.config.search_rad)[:, None]
+        known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
         told = ((-2 * seen.log_spread).exp() - known.to(places)).clamp(min=1e-4)
         self.belief.measure(ids, places, told.rsqrt() * stretch(places))
         self._miss(ids, seen, state)
@@ -315,13 +340,13 @@ class Following:
         """
         c, phase = self.belief.config, self.memory.phase[ids]
         places_h, body = self.belief.now()[0][ids], read_proprioception(state)
-        looked_for = (phase <= Phase.ALIGN, phase == Phase.CARRY)
+        looked_for = (phase <= Phase.REACH, phase == Phase.CARRY)
         for query, (place, matters) in enumerate(zip((OBJECT, GOAL), looked_for, strict=True)):
             at, visible = project(body, places_h[:, None, place])
             inside = visible[:, 0] & (at[:, 0].abs() < 1 - c.absent).all(-1)
-            near = places_h[:, place][:, :2].norm(dim=-1) < c.absent_within_m
-            absent = seen.pointing[:, query, 0].exp() > c.absent_share
-            missed = ids[inside & near & absent & matters]
+            distance = places_h[:, place][:, :2].norm(dim=-1)
+            absent = inside & (distance < c.absent_within_m) & (seen.pointing[:, query, 0].exp() > c.absent_share)
+            missed = ids[(absent | (distance < c.inside_m)) & matters]
             if len(missed):
                 self.belief.disbelieve(missed, place)
 
@@ -335,6 +360,9 @@ class Following:
         stand = torch.where(to_place[:, None], places_h[:, PLACE], places_h[:, PICK])
         at_stand = (way[:, IS_LAST] > 0.5) & (self.memory.phase <= Phase.LOWER)
         way[:, WAYPOINT] = torch.where(at_stand[:, None], stand, way[:, WAYPOINT])
+        explores = (self.exploring_s > 0)[:, None]
+        way[:, WAYPOINT] = torch.where(explores, turned(self.vantage - pose[:, :2], cos, sin), way[:, WAYPOINT])
+        way[:, FLAGS] = way[:, FLAGS] * ~explores
         return way
 
     def _decide(
@@ -355,15 +383,28 @@ class Following:
         sights = sight(observed, view, leg_is_done(way), self.memory.phase > Phase.LIFT)
         geometry = state.new_zeros(len(state), 600)
         before = self.memory.vector(view)
-        phase = decision.phase_logits(sights, geometry, before).argmax(-1)
+        phase = self._sure_of(decision.phase_logits(sights, geometry, before).argmax(-1))
         lost = self.memory.advance(phase, view)
         if bool(lost.any()):
             self.belief.doubt(lost.nonzero()[:, 0])
-            self.searched_rad = self.searched_rad * ~lost  # it may look for it again
+            self.searched_rad, self.rounds = self.searched_rad * ~lost, self.rounds * ~lost  # it may look again
         vector = self.memory.vector(view)
         action = decision(sights, hand_anchors(view, vector), geometry, vector)
         self.memory.tick()
         return decision.from_units(action)
+
+    def _sure_of(self, phase: Tensor) -> Tensor:
+        """(N,) the phase that comes next, but nothing is reached for that may be elsewhere, and nothing for ever."""
+        c, now = self.belief.config, self.memory.phase
+        reaches = (now == Phase.ALIGN) | (now == Phase.REACH)
+        impatient = reaches & (phase == now) & (self.memory.clock_s > c.patience_s)
+        if bool(impatient.any()):
+            self.belief.doubt(impatient.nonzero()[:, 0])
+            self.searched_rad, self.rounds = self.searched_rad * ~impatient, self.rounds * ~impatient
+        unsure = self.belief.variance[:, 0].sqrt() > c.sure_m
+        would_reach = (phase == Phase.REACH) | (phase == Phase.SQUEEZE)
+        back = impatient | (unsure & (now <= Phase.REACH) & would_reach)
+        return torch.where(back, torch.full_like(phase, int(Phase.APPROACH)), phase)
 
 
 def _median(values: Tensor) -> float:

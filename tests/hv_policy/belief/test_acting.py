@@ -213,6 +213,6 @@ def test_parts_of_pictures_learn_the_names_of_what_they_show(states):
         loss.backward()
         torch.nn.utils.clip_grad_norm_(policy.parameters(), 5.0)
         optimizer.step()
-    # 0.3 of a log-likelihood that begins at about one, and 0.2 of one that begins at log(65) = 4.2 and cannot go below the
-    # entropy of the blurred middle that it is to point at, 1.8
+    # 0.3 of a log-likelihood that begins at about one, and 0.2 of one that begins at log(65) = 4.2 and cannot go below
+    # the entropy of the blurred middle that it is to point at, 1.8
     assert figures["naming_loss"] < 0.3 * 0.1 + 0.2 * 1.9
