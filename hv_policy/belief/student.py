@@ -65,7 +65,7 @@ THINGS_ASKED = 2
 OUT_OF_VIEW_SHARE = 0.15
 """So many of the things that are not in a picture are asked for in it; those that are, all of them."""
 NAMELESS = "nothing"
-ARRIVED_M = 0.35
+ARRIVED_M, RISE_S = 0.35, 1.5
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
 
 
@@ -197,6 +197,8 @@ class Following:
     """(N,) how long it has been walking to another place to look from; 0 while it is not."""
     vantage: Tensor
     """(N, 2) that place, in the frame of the belief's pose."""
+    rising_s: Tensor
+    """(N,) how long it will still stand up before it walks, having given up reaching or holding."""
     intent: Tensor
     """(N, 14) the last one."""
 
@@ -209,7 +211,7 @@ class Following:
         blind = torch.full((n,), config.look_every)
         memory, way = TaskMemory.of(n), torch.zeros(n, WAY_DIM)
         belief = Belief(n, config)
-        search = torch.zeros(n), torch.zeros(n), torch.zeros(n), torch.zeros(n, 2)
+        search = torch.zeros(n), torch.zeros(n), torch.zeros(n), torch.zeros(n, 2), torch.zeros(n)
         return Following(belief, memory, prior, list(instructions), blind, way, *search, torch.zeros(n, 14))
 
     def copy(self) -> Following:
@@ -217,10 +219,12 @@ class Following:
         prior = self.copied_prior()
         belief, memory, way = copy.deepcopy(self.belief), self.memory.clone(), self.way.clone()
         searched, rounds = self.searched_rad.clone(), self.rounds.clone()
-        exploring, vantage = self.exploring_s.clone(), self.vantage.clone()
+        exploring, vantage, rising = self.exploring_s.clone(), self.vantage.clone(), self.rising_s.clone()
         blind, intent = self.blind_steps.clone(), self.intent.clone()
         instructions = list(self.instructions)
-        return Following(belief, memory, prior, instructions, blind, way, searched, rounds, exploring, vantage, intent)
+        return Following(
+            belief, memory, prior, instructions, blind, way, searched, rounds, exploring, vantage, rising, intent
+        )
 
     def copied_prior(self) -> MotorPrior:
         """The motor prior in its present state; what the copy does leaves this one alone."""
@@ -237,7 +241,7 @@ class Following:
             self.belief.forget(ids)
             self.memory.reset(ids)
             self.blind_steps[ids] = self.belief.config.look_every
-            self.searched_rad[ids] = self.rounds[ids] = self.exploring_s[ids] = 0.0
+            self.searched_rad[ids] = self.rounds[ids] = self.exploring_s[ids] = self.rising_s[ids] = 0.0
             self.instructions = list(instructions)
 
     @property
@@ -270,7 +274,7 @@ class Following:
         searches = self._searches(log_spread)
         remembered = self.memory.clone()
         intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
-        self.intent = self._turn_round(searches, intent, remembered)
+        self.intent = self._steadied(self._turn_round(searches, intent, remembered))
         return self.intent
 
     def _searches(self, log_spread: Tensor) -> Tensor:
@@ -308,8 +312,18 @@ class Following:
         looking[:, GAZE] = torch.tensor([0.0, 0.4])
         reaches = (remembered.phase == Phase.ALIGN) | (remembered.phase == Phase.REACH)
         remembered.phase = torch.where(reaches, torch.zeros_like(remembered.phase), remembered.phase)
+        self.rising_s = torch.where(reaches & searches, torch.full_like(self.rising_s, RISE_S), self.rising_s)
         self.memory = remembered.where(searches, self.memory)
         return torch.where(searches[:, None], looking, intent)
+
+    def _steadied(self, intent: Tensor) -> Tensor:
+        """(N, 14) the intent, but while it stands up it comes to that bit by bit, and on the spot."""
+        rises = (self.rising_s > 0)[:, None]
+        share = (CONTROL_DT_S / self.rising_s.clamp(min=CONTROL_DT_S))[:, None]
+        self.rising_s = (self.rising_s - CONTROL_DT_S).clamp(min=0.0)
+        rising = self.intent + share * (intent - self.intent)
+        rising[:, VELOCITY] = 0.0
+        return torch.where(rises, rising, intent)
 
     def _look(
         self, perception: Perception, ids: Tensor, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor
@@ -384,6 +398,10 @@ class Following:
         geometry = state.new_zeros(len(state), 600)
         before = self.memory.vector(view)
         phase = self._sure_of(decision.phase_logits(sights, geometry, before).argmax(-1))
+        bent = (self.memory.phase >= Phase.ALIGN) & (self.memory.phase <= Phase.RELEASE)
+        self.rising_s = torch.where(
+            bent & (phase == Phase.APPROACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
+        )
         lost = self.memory.advance(phase, view)
         if bool(lost.any()):
             self.belief.doubt(lost.nonzero()[:, 0])

@@ -10,8 +10,10 @@ from policy_samples import HEAD, STATE, TASKS, make_config
 
 from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.labels import LABELS
-from hv_policy.belief.perception import measurement_loss
+from hv_policy.belief.perception import OBJECT_QUERY, measurement_loss
+from hv_policy.belief.places import OBJECT, to_frame
 from hv_policy.belief.student import BeliefNetwork
+from hv_policy.decision.view import Phase
 from hv_policy.modeling_hv import HVPolicy
 from hv_policy.motor.proprioception import read_proprioception
 from hv_sim.observations import proprioception
@@ -180,6 +182,90 @@ def test_who_does_not_know_where_a_thing_is_looks_round_but_not_for_ever(states)
     for _ in range(3):
         policy.select_action({**frame, "task": TASKS})
     assert float(policy.student.following.searched_rad.max()) == 0.0
+
+
+def sure_believer(states, spread: float = -3.0) -> tuple[HVPolicy, dict]:
+    """A student that says of every place how uncertain it is (logarithm), after its first step."""
+    policy, frame = make_believer().eval(), frames_of(states)[0]
+    with torch.no_grad():
+        policy.network.perception.measure.weight.zero_()
+        policy.network.perception.measure.bias[21:] = spread
+    policy.reset()
+    policy.select_action({**frame, "task": TASKS})
+    return policy, frame
+
+
+def test_having_turned_all_round_it_looks_from_elsewhere_and_gives_up_in_the_end(states):
+    policy, frame = sure_believer(states, 1.5)
+    following = policy.student.following
+    for round_ in range(1, 4):
+        following.searched_rad[:] = torch.tensor([10.0, 0.0])
+        policy.select_action({**frame, "task": TASKS})
+        assert following.rounds.tolist() == [round_, 0]
+        if round_ == 3:
+            break
+        assert following.exploring_s[0] > 0
+        there = (following.vantage[0] - following.belief.pose[0, :2]).norm()
+        assert 1.0 < float(there) < 1.6
+        assert following.intent[1, 2] == 1.0  # the other one is still turning
+        following.vantage[0] = following.belief.pose[0, :2]  # arrived
+        policy.select_action({**frame, "task": TASKS})
+        assert following.searched_rad[0] < 0.1
+        assert following.exploring_s[0] == 0
+    for _ in range(3):
+        policy.select_action({**frame, "task": TASKS})
+    assert following.exploring_s[0] == 0
+    assert following.intent[0, 2] != 1.0
+
+
+def test_nothing_is_reached_for_that_may_be_elsewhere_and_nothing_for_ever(states):
+    policy, _ = sure_believer(states)
+    following, phases = policy.student.following, torch.tensor([int(Phase.REACH), int(Phase.REACH)])
+    following.memory.phase[:] = phases
+    following.belief.variance[:, 0] = torch.tensor([0.5**2, 0.05**2])
+    assert following._sure_of(phases).tolist() == [int(Phase.APPROACH), int(Phase.REACH)]
+    assert following.belief.variance[1, 0] < 0.1
+    following.memory.clock_s[1] = 9.0
+    assert following._sure_of(phases).tolist() == [int(Phase.APPROACH), int(Phase.APPROACH)]
+    assert following.belief.variance[1, 0] > 0.4  # it may be elsewhere
+    lifting = torch.tensor([int(Phase.LIFT)] * 2)
+    following.memory.phase[:] = lifting
+    assert following._sure_of(lifting).tolist() == lifting.tolist()
+
+
+def test_what_should_be_in_view_and_is_not_is_believed_less(states):
+    policy, frame = sure_believer(states)
+    following = policy.student.following
+    state = frame[STATE]
+    ids = torch.arange(2)
+    pose = following.belief.pose
+    following.belief.places[:, OBJECT] = to_frame(torch.tensor([[1.2, 0.0, 0.8] + [0.0] * 18] * 2), pose)[:, OBJECT]
+    seen = policy.network.perception(frame[HEAD], state, *policy.student.reader.recall(TASKS))
+    seen.pointing[0, OBJECT_QUERY, 0] = -0.01  # not there
+    seen.pointing[1, OBJECT_QUERY, 0] = -3.0
+    before = following.belief.variance.clone()
+    following._miss(ids, seen, state)
+    assert following.belief.variance[0, 0] > before[0, 0] + 0.04**2
+    assert following.belief.variance[1, 0] == before[1, 0]
+    assert torch.equal(following.belief.variance[:, 2], before[:, 2])  # the goal's
+    following.belief.places[1, :2] = pose[1, :2] + 0.1  # inside the robot
+    following._miss(ids, seen, state)
+    assert following.belief.variance[1, 0] > before[1, 0] + 0.04**2
+
+
+def test_who_gives_up_stands_up_bit_by_bit_before_it_walks(states):
+    policy, _ = sure_believer(states)
+    following = policy.student.following
+    following.intent, wanted = torch.zeros(2, 14), torch.ones(2, 14)
+    following.rising_s[0] = 0.1
+    steps = []
+    for _ in range(4):
+        following.intent = following._steadied(wanted)
+        steps.append(following.intent.clone())
+    assert (steps[0][1] == 1).all()
+    heights = [float(step[0, 5]) for step in steps]
+    assert 0 < heights[0] < heights[1] < heights[2] <= heights[3] == 1.0
+    assert [float(step[0, 0]) for step in steps] == [0.0, 0.0, 0.0, 1.0]
 
 
 def test_parts_of_pictures_learn_the_names_of_what_they_show(states):
