@@ -310,19 +310,20 @@ class Following:
         looking = intent.clone()
         looking[:, VELOCITY] = torch.stack([torch.zeros_like(rate), torch.zeros_like(rate), rate], -1)
         looking[:, GAZE] = torch.tensor([0.0, 0.4])
+        bent = searches & (remembered.phase == Phase.REACH)
+        self.rising_s = torch.where(bent, torch.full_like(self.rising_s, RISE_S), self.rising_s)
         reaches = (remembered.phase == Phase.ALIGN) | (remembered.phase == Phase.REACH)
         remembered.phase = torch.where(reaches, torch.zeros_like(remembered.phase), remembered.phase)
-        self.rising_s = torch.where(reaches & searches, torch.full_like(self.rising_s, RISE_S), self.rising_s)
         self.memory = remembered.where(searches, self.memory)
         return torch.where(searches[:, None], looking, intent)
 
     def _steadied(self, intent: Tensor) -> Tensor:
-        """(N, 14) the intent, but while it stands up it comes to that bit by bit, and on the spot."""
+        """(N, 14) the intent, but while it stands up it comes to that bit by bit, and comes to a stop."""
         rises = (self.rising_s > 0)[:, None]
         share = (CONTROL_DT_S / self.rising_s.clamp(min=CONTROL_DT_S))[:, None]
         self.rising_s = (self.rising_s - CONTROL_DT_S).clamp(min=0.0)
         rising = self.intent + share * (intent - self.intent)
-        rising[:, VELOCITY] = 0.0
+        rising[:, VELOCITY] = (1 - share) * self.intent[:, VELOCITY]
         return torch.where(rises, rising, intent)
 
     def _look(
@@ -398,7 +399,7 @@ class Following:
         geometry = state.new_zeros(len(state), 600)
         before = self.memory.vector(view)
         phase = self._sure_of(decision.phase_logits(sights, geometry, before).argmax(-1))
-        bent = (self.memory.phase >= Phase.ALIGN) & (self.memory.phase <= Phase.RELEASE)
+        bent = (self.memory.phase >= Phase.REACH) & (self.memory.phase <= Phase.RELEASE)
         self.rising_s = torch.where(
             bent & (phase == Phase.APPROACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
         )
