@@ -11,14 +11,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR
+from hv_policy.network_file import SHIPPED_STUDENT
 from hv_sim.world import RearrangeWorld
 from hv_teachers.evaluated_policies import load_evaluated_policy
 from hv_teachers.expert import expert_maker
 from hv_teachers.knowledge import Knowledge
 from hv_teachers.teacher import TEACHER_FILES, WEIGHTS
 
-STUDENT_FOLDER = SHIPPED_MOTOR_PRIOR.parent / "student"
 HEAD_SIZE_PX = 128
 """Side of the picture that a policy sees, as in recorded datasets and in hv-eval."""
 
@@ -103,8 +102,8 @@ class Cast:
         self.warning = ""
         """What to tell whoever asked for somebody who is not there."""
         makers: dict[str, Callable[[], Actor]] = {}
-        if (STUDENT_FOLDER / "config.json").is_file():
-            makers["student"] = partial(ReadingActor, str(STUDENT_FOLDER))
+        if (SHIPPED_STUDENT / "config.json").is_file():
+            makers["student"] = partial(ReadingActor, str(SHIPPED_STUDENT))
         if all((WEIGHTS / file).is_file() for file in TEACHER_FILES):
             makers["teacher"] = partial(PrivilegedActor, "teacher")
         makers["planner"] = partial(PrivilegedActor, "planner")

@@ -12,6 +12,9 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import nn
 
+SHIPPED_STUDENT = Path(__file__).parent / "weights" / "student"
+"""The folder of the LeRobot policy that comes with the package."""
+
 
 def save_network(network: nn.Module, config: Any, path: Path, kind: str, metadata: dict[str, str] | None) -> None:
     """Weights and configuration as one safetensors file, written whole or not at all.

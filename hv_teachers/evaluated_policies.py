@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR
+from hv_policy.network_file import SHIPPED_STUDENT
 from hv_sim.world import RearrangeWorld
 from hv_teachers.episodes import EvaluatedPolicy, files_fingerprint
 from hv_teachers.expert import PlannerExpert
@@ -20,7 +21,6 @@ from hv_teachers.impairments import NOTHING_TAKEN, Impairments
 from hv_teachers.planner import PlannerConfig
 from hv_teachers.teacher import TEACHER_FILES, WEIGHTS, Teacher, load_shipped_teacher
 
-SHIPPED_STUDENT = SHIPPED_MOTOR_PRIOR.parent / "student"
 _WEIGHTS = ("*.safetensors", "*.json", "*.pt", "*.bin")
 
 

@@ -473,7 +473,8 @@ def read_attempts(file: Path, config: RecordingConfig) -> list[Attempt]:
         before, attempts = content["config"], [Attempt(**attempt) for attempt in content["attempts"]]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RecordingError(f"dataset {root}: cannot be resumed, {REPORT_FILE} is missing or damaged") from error
+    before = {**asdict(RecordingConfig()), **before}  # what is younger had its default then
     for name, value in asdict(config).items():
-        if before.get(name, asdict(RecordingConfig())[name]) != value:  # what is younger had its default then
-            raise RecordingError(f"dataset {root}: was recorded with {name}={before.get(name)}, not {value}")
+        if before[name] != value:
+            raise RecordingError(f"dataset {root}: was recorded with {name}={before[name]}, not {value}")
     return attempts

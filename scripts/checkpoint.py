@@ -11,7 +11,7 @@ import sys
 
 def main(arguments: list[str] | None = None) -> int:
     from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR
-    from hv_teachers.evaluated_policies import SHIPPED_STUDENT
+    from hv_policy.network_file import SHIPPED_STUDENT
     from hv_teachers.teacher import TEACHER_FILES, WEIGHTS
 
     places = {

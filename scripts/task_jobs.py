@@ -34,7 +34,7 @@ def generate_suite(name: str, workers: int = 0, seen: list[Task] | None = None) 
 
 def generate_practice(count: int, verified: bool, workers: int = 0) -> list[Task]:
     """`count` tasks to learn in, in rooms that no suite has; verified, or good enough to look at."""
-    return _in_processes(partial(_draw if verified else _draw_any, "practice"), range(count), workers, "practice")
+    return _in_processes(partial(_draw if verified else draw_task, "practice"), range(count), workers, "practice")
 
 
 def is_solvable(task: Task) -> bool:
@@ -55,10 +55,6 @@ def is_solvable(task: Task) -> bool:
 
 def _draw(suite: str, index: int) -> Task:
     return draw_task(suite, index, is_solvable)
-
-
-def _draw_any(suite: str, index: int) -> Task:
-    return draw_task(suite, index)
 
 
 def _one_thread() -> None:

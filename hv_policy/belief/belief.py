@@ -23,6 +23,7 @@ for _number, _group in enumerate(GROUPS):
     _GROUP_OF[_group] = _number
 _OF_OBJECT = [i for i, g in enumerate(GROUPS) if g.start in (0, 2, 6, 8, 9, 11, 12, 14)]
 """Groups that are settled anew when the object was lost: the object, how to hold it, and where to stand for that."""
+_OF_GOAL = [i for i, g in enumerate(GROUPS) if g.start in (3, 5)]
 
 
 @dataclass(frozen=True)
@@ -99,9 +100,7 @@ class Belief:
 
     def disbelieve(self, ids: Tensor, place: slice) -> None:
         """Environments `ids` (n,) looked where `place` (`OBJECT` or `GOAL`) should be, and it was not there."""
-        groups = [i for i, g in enumerate(GROUPS) if place.start <= g.start < place.stop]
-        if place == OBJECT:
-            groups = _OF_OBJECT
+        groups = _OF_OBJECT if place == OBJECT else _OF_GOAL
         rows = self.variance[ids]
         rows[:, groups] = (rows[:, groups] * self.config.absent_growth + self.config.absent_m**2).clamp(max=UNKNOWN)
         self.variance[ids] = rows

@@ -32,8 +32,9 @@ from hv_policy.text_encoder import TextEncoder
 
 LEAST_LOG_SPREAD, MOST_LOG_SPREAD = math.log(0.01), math.log(5.0)
 NUM_POINTED = 4
-OBJECT_QUERY, GOAL_QUERY = 0, 1
 """Queries that are told which part of the picture to point at: object, goal, and the places to stand for either."""
+OBJECT_QUERY, GOAL_QUERY = 0, 1
+"""The first two of them."""
 _BLUR, _POINTING_WEIGHT = 0.6, 0.15
 _TRUST_UNIT = 10.0
 """What the trust in pointing is counted in, so that it is learned faster than a weight."""

@@ -403,23 +403,24 @@ class Following:
         self.rising_s = torch.where(
             bent & (phase == Phase.APPROACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
         )
-        lost = self.memory.advance(phase, view)
-        if bool(lost.any()):
-            self.belief.doubt(lost.nonzero()[:, 0])
-            self.searched_rad, self.rounds = self.searched_rad * ~lost, self.rounds * ~lost  # it may look again
+        self._look_again(self.memory.advance(phase, view))
         vector = self.memory.vector(view)
         action = decision(sights, hand_anchors(view, vector), geometry, vector)
         self.memory.tick()
         return decision.from_units(action)
+
+    def _look_again(self, lost: Tensor) -> None:
+        """Where the object is `lost` (N,) bool it may be elsewhere, and may be looked for as at the beginning."""
+        if bool(lost.any()):
+            self.belief.doubt(lost.nonzero()[:, 0])
+            self.searched_rad, self.rounds = self.searched_rad * ~lost, self.rounds * ~lost
 
     def _sure_of(self, phase: Tensor) -> Tensor:
         """(N,) the phase that comes next, but nothing is reached for that may be elsewhere, and nothing for ever."""
         c, now = self.belief.config, self.memory.phase
         reaches = (now == Phase.ALIGN) | (now == Phase.REACH)
         impatient = reaches & (phase == now) & (self.memory.clock_s > c.patience_s)
-        if bool(impatient.any()):
-            self.belief.doubt(impatient.nonzero()[:, 0])
-            self.searched_rad, self.rounds = self.searched_rad * ~impatient, self.rounds * ~impatient
+        self._look_again(impatient)
         unsure = self.belief.variance[:, 0].sqrt() > c.sure_m
         would_reach = (phase == Phase.REACH) | (phase == Phase.SQUEEZE)
         back = impatient | (unsure & (now <= Phase.REACH) & would_reach)

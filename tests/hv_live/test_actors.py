@@ -25,7 +25,7 @@ def checkpoint(tmp_path_factory):
 
 
 def test_without_the_students_weights_the_teacher_plays_and_it_is_said(monkeypatch, tmp_path):
-    monkeypatch.setattr(actors, "STUDENT_FOLDER", tmp_path)
+    monkeypatch.setattr(actors, "SHIPPED_STUDENT", tmp_path)
     cast = Cast("student")
     assert cast.first == "teacher"
     assert "student" in cast.warning
@@ -35,7 +35,7 @@ def test_without_the_students_weights_the_teacher_plays_and_it_is_said(monkeypat
 
 
 def test_the_students_weights_are_taken_where_they_are(monkeypatch, checkpoint):
-    monkeypatch.setattr(actors, "STUDENT_FOLDER", checkpoint)
+    monkeypatch.setattr(actors, "SHIPPED_STUDENT", checkpoint)
     cast = Cast("student")
     assert (cast.first, cast.warning, cast.missing) == ("student", "", [])
 
