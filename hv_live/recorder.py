@@ -14,8 +14,10 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from torch import Tensor
 
 from hv_live.actors import HEAD_SIZE_PX
+from hv_policy.belief.floor_patch import NO_PATCH
 from hv_sim.world import RearrangeWorld
 from hv_teachers.dataset_format import (
+    FLOOR,
     FPS,
     HEAD_IMAGE,
     LANDMARKS,
@@ -83,7 +85,7 @@ class LiveRecorder:
         played knew; zeros where that cannot be said, which are no labels to a student."""
         columns = vector_columns(world, knowledge, intent, targets)
         row: dict[str, Any] = {key: value[0].copy() for key, value in columns.items()}
-        row[LANDMARKS] = NO_LANDMARKS
+        row |= {LANDMARKS: NO_LANDMARKS, FLOOR: NO_PATCH}
         [instruction] = world.instructions()
         self._episode.append(digest(picture, row, instruction))
         self._dataset.add_frame({HEAD_IMAGE: picture.copy(), **row, "task": instruction})

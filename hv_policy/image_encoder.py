@@ -64,7 +64,8 @@ class _ResidualBlock(nn.Module):
 
 
 class FineImageEncoder(nn.Module):
-    """Pictures (B, 3, H, W), values 0..1 -> tokens (B, (S/8)^2, dim): what is fine, and what surrounds it.
+    """Pictures (B, 3, H, W), values 0..1 -> tokens (B, (S/8)^2, dim): what is fine, and what surrounds it; and finer
+    features (B, channels[0], S/4, S/4).
 
     Args:
         image_size: S in pixels; pictures of another size are resized to it.
@@ -87,12 +88,13 @@ class FineImageEncoder(nn.Module):
         """Tokens along a side."""
         return self.image_size // 8
 
-    def forward(self, pictures: Tensor) -> Tensor:
+    def forward(self, pictures: Tensor) -> tuple[Tensor, Tensor]:
         size = (self.image_size, self.image_size)
         if pictures.shape[-2:] != size:
             pictures = F.interpolate(pictures, size=size, mode="bilinear", antialias=True, align_corners=False)
         pictures = (pictures * 4 - 2).contiguous(memory_format=torch.channels_last)
-        middle = self.middle(self.stem(pictures))
+        fine = self.stem(pictures)
+        middle = self.middle(fine)
         around = self.from_coarse(self.coarse(middle).permute(0, 2, 3, 1))
         around = around.repeat_interleave(2, 1).repeat_interleave(2, 2)
-        return (self.from_middle(middle.permute(0, 2, 3, 1)) + around).flatten(1, 2)
+        return (self.from_middle(middle.permute(0, 2, 3, 1)) + around).flatten(1, 2), fine

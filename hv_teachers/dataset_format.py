@@ -36,6 +36,9 @@ VECTOR_COLUMNS: dict[str, int] = {
 
 LANDMARKS = "privileged.landmarks"
 """Names of things and spots and where they are, JSON (`hv_teachers.landmark_labels`)."""
+FLOOR = "privileged.floor"
+"""Which floor around the robot is taken (`hv_policy.belief.floor_patch`)."""
+TEXT_COLUMNS = (LANDMARKS, FLOOR)
 
 
 class RecordingError(ValueError):
@@ -46,7 +49,8 @@ def features(image_size_px: int) -> dict[str, dict[str, Any]]:
     """LeRobot's feature specification of a recorded dataset; pictures are square, stored as PNG."""
     image = {"dtype": "image", "shape": (image_size_px, image_size_px, 3), "names": ["height", "width", "channels"]}
     vectors = {name: {"dtype": "float32", "shape": (size,), "names": None} for name, size in VECTOR_COLUMNS.items()}
-    return {HEAD_IMAGE: image, **vectors, LANDMARKS: {"dtype": "string", "shape": (1,), "names": None}}
+    texts = {name: {"dtype": "string", "shape": (1,), "names": None} for name in TEXT_COLUMNS}
+    return {HEAD_IMAGE: image, **vectors, **texts}
 
 
 @dataclass(frozen=True)
@@ -58,13 +62,14 @@ class FrameDigest:
     instruction: str
 
 
-def digest(image: np.ndarray, vectors: Mapping[str, Any], instruction: str) -> FrameDigest:
-    """Digest of a picture (H, W, 3) uint8, the columns of `VECTOR_COLUMNS` (float32), the landmarks' text and the
+def digest(image: np.ndarray, columns: Mapping[str, Any], instruction: str) -> FrameDigest:
+    """Digest of a picture (H, W, 3) uint8, the columns of `VECTOR_COLUMNS` (float32) and `TEXT_COLUMNS`, and the
     instruction."""
     checksum = 0
     for name in VECTOR_COLUMNS:
-        checksum = zlib.crc32(np.ascontiguousarray(vectors[name], dtype=np.float32).tobytes(), checksum)
-    checksum = zlib.crc32(vectors[LANDMARKS].encode(), checksum)
+        checksum = zlib.crc32(np.ascontiguousarray(columns[name], dtype=np.float32).tobytes(), checksum)
+    for name in TEXT_COLUMNS:
+        checksum = zlib.crc32(columns[name].encode(), checksum)
     return FrameDigest(zlib.crc32(np.ascontiguousarray(image).tobytes()), checksum, instruction)
 
 
@@ -97,6 +102,7 @@ def verify_dataset(
                 item = dataset[starts[index] + frame]
                 image = (item[HEAD_IMAGE] * 255).round().byte().permute(1, 2, 0).numpy()
                 vectors = {name: np.atleast_1d(item[name].numpy()) for name in VECTOR_COLUMNS}
-                if digest(image, {**vectors, LANDMARKS: item[LANDMARKS]}, item["task"]) != recorded:
+                texts = {name: item[name] for name in TEXT_COLUMNS}
+                if digest(image, {**vectors, **texts}, item["task"]) != recorded:
                     raise RecordingError(f"dataset {root}: episode {index}, frame {frame} is not what was recorded")
                 bar.update()

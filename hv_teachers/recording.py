@@ -34,6 +34,7 @@ from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
 from hv_teachers.dataset_format import (
     ACTION,
+    FLOOR,
     FPS,
     HEAD_IMAGE,
     LANDMARKS,
@@ -44,6 +45,7 @@ from hv_teachers.dataset_format import (
     features,
     verify_dataset,
 )
+from hv_teachers.floor_labels import world_floor
 from hv_teachers.glances import VIEWS_PER_PLACE, glance_around, no_action
 from hv_teachers.knowledge import Knowledge, no_knowledge
 from hv_teachers.landmark_labels import world_landmarks
@@ -424,10 +426,9 @@ def vector_columns(
 def _row(
     world: RearrangeWorld, env: int, arrays: dict[str, np.ndarray], body: BodyState, number: int
 ) -> dict[str, Any]:
-    """Environment `env`'s row of `arrays`, and its landmarks for frame `number`."""
-    return {key: value[env].copy() for key, value in arrays.items()} | {
-        LANDMARKS: world_landmarks(world, env, body, number)
-    }
+    """Environment `env`'s row of `arrays`, and its landmarks and floor for frame `number`."""
+    texts = {LANDMARKS: world_landmarks(world, env, body, number), FLOOR: world_floor(world, env)}
+    return {key: value[env].copy() for key, value in arrays.items()} | texts
 
 
 def _groups(

@@ -24,7 +24,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from tqdm import tqdm
 
 from hv_sim.task import Task
-from hv_teachers.dataset_format import HEAD_IMAGE, LANDMARKS, VECTOR_COLUMNS, RecordingError
+from hv_teachers.dataset_format import HEAD_IMAGE, TEXT_COLUMNS, VECTOR_COLUMNS, RecordingError
 from hv_teachers.engines import Slice, check_engine, run_jobs
 from hv_teachers.recording import (
     REPORT_FILE,
@@ -241,9 +241,7 @@ def _record(shard: _Shard) -> tuple[int, RecordingReport]:
     return len(shard.tasks), report
 
 
-def _join(
-    root: Path, folder: Path, config: RecordingConfig, earlier: list[Attempt], report: RecordingReport
-) -> None:
+def _join(root: Path, folder: Path, config: RecordingConfig, earlier: list[Attempt], report: RecordingReport) -> None:
     """Joins what is there and the finished shards to the dataset at `root`, checks it, and removes the shards."""
     finished = _take_stock(folder, config).found
     if not finished:
@@ -279,7 +277,7 @@ def _compare(written: Path, name: str, sources: Sequence[Path]) -> None:
     for source in sources:
         shard = LeRobotDataset(source.name, root=source, video_backend="pyav")
         own, theirs = shard.hf_dataset.with_format("arrow")[:], table[offset : offset + shard.num_frames]
-        for column in (*VECTOR_COLUMNS, LANDMARKS, HEAD_IMAGE):
+        for column in (*VECTOR_COLUMNS, *TEXT_COLUMNS, HEAD_IMAGE):
             if not own[column].combine_chunks().equals(theirs[column].combine_chunks()):
                 raise RecordingError(f"dataset {written}: {column} of {source.name} is not what was recorded")
         own_texts = list(shard.meta.tasks.index)

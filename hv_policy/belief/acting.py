@@ -9,7 +9,8 @@ from torch import Tensor
 
 from hv_policy.batches import Reader, read_instructions, read_observation
 from hv_policy.belief.belief import BeliefConfig
-from hv_policy.belief.labels import LABELS, LANDMARKS, PREFIX, LabelTable, Landmarks, read_landmarks
+from hv_policy.belief.floor_patch import read_patches
+from hv_policy.belief.labels import FLOOR, LABELS, LANDMARKS, PREFIX, LabelTable, read_landmarks
 from hv_policy.belief.perception import Perception
 from hv_policy.belief.student import BeliefNetwork, Following
 from hv_policy.configuration_hv import HVConfig
@@ -43,7 +44,7 @@ class BeliefStudent:
                 f"{sizes[0]} and {sizes[1]}; valid: form=direct"
             )
         perception = Perception(
-            config.perception, config.image_size, config.vocabulary, config.max_words, config.word_dropout, sizes[0]
+            config.perception, config.image_size, config.vocabulary, config.max_words, config.word_dropout
         )
         self.network = BeliefNetwork(perception, from_scratch=config.pretrained_path is None)
         self.reader = Reader(perception.text)
@@ -68,11 +69,13 @@ class BeliefStudent:
             self.following = before
 
     def loss(self, batch: dict[str, Any]) -> tuple[Tensor, dict[str, float]]:
-        """(B,) how wrong the places and the way are that the network sees, and figures to watch."""
+        """(B,) how wrong the places and the floor are that the network sees, and figures to watch."""
         pictures, state = read_observation(batch, self.cameras, self.config.image_size)
         words, is_word = self.reader.read(read_instructions(batch, len(state)))
-        known, landmarks = self._known(batch), self._landmarks(batch)
-        return self.network.loss(pictures[:, -1, 0], state[:, -1], words, is_word, known, landmarks)
+        places, named, floor = self._places(batch), self._texts(batch, LANDMARKS), self._texts(batch, FLOOR)
+        landmarks = None if named is None else read_landmarks(named, SPOTS_A_PICTURE)
+        patches = None if floor is None else read_patches(floor)
+        return self.network.loss(pictures[:, -1, 0], state[:, -1], words, is_word, places, landmarks, patches)
 
     def act(self, batch: dict[str, Any]) -> Tensor:
         """(N, 28) servo targets in rad; a control step passes."""
@@ -86,25 +89,25 @@ class BeliefStudent:
         looks = self.following.looks
         return self.following.act(self.network, pictures[looks, -1, 0], state, words, is_word)
 
-    def _landmarks(self, batch: dict[str, Any]) -> Landmarks | None:
-        """What else is in the pictures, if the dataset says so."""
-        if PREFIX + LANDMARKS in batch:
-            return read_landmarks(batch[PREFIX + LANDMARKS], SPOTS_A_PICTURE)
-        texts = self._labels.landmarks(torch.as_tensor(batch["index"])) if self._labels is not None else None
-        return None if texts is None else read_landmarks(texts, SPOTS_A_PICTURE)
+    def _texts(self, batch: dict[str, Any], name: str) -> list[str] | None:
+        """A text for each picture of a training batch, if the batch or the dataset has such a column."""
+        if PREFIX + name in batch:
+            return list(batch[PREFIX + name])
+        return self._labels.texts(name, torch.as_tensor(batch["index"])) if self._labels is not None else None
 
-    def _known(self, batch: dict[str, Any]) -> dict[str, Tensor]:
-        """The labels of a training batch.
+    def _places(self, batch: dict[str, Any]) -> Tensor:
+        """(B, 21) of a training batch.
 
         Raises:
             ValueError: neither the batch nor the dataset has them.
         """
-        if all(PREFIX + name in batch for name in LABELS):
-            return {name: batch[PREFIX + name] for name in LABELS}
+        [name] = LABELS
+        if PREFIX + name in batch:
+            return batch[PREFIX + name]
         if self._labels is None:
             if self._meta is None:
                 raise ValueError("dataset: form=belief is trained on a dataset of hv-record; none was given")
             self._labels = LabelTable(self._meta)
         if "index" not in batch:
             raise ValueError("index: missing from the batch; form=belief looks its labels up by it")
-        return self._labels(torch.as_tensor(batch["index"]))
+        return self._labels(torch.as_tensor(batch["index"]))[name]

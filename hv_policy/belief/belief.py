@@ -42,6 +42,7 @@ class BeliefConfig:
         explore_s: at most, and turns round there.
         search_rounds: having turned round so many times for one instruction it goes by its best guess.
         sure_m: an object is not reached for while its deviation is larger,
+        align_within_m: a stand that is farther away is walked to, not aligned with.
         patience_s: nor any longer than this: then it is taken for lost.
         inside_m: an object cannot be so near to the middle of the robot.
         unrest: deviation by which everything may change in one control step, m.
@@ -62,6 +63,7 @@ class BeliefConfig:
     explore_s: float = 6.0
     search_rounds: int = 3
     sure_m: float = 0.25
+    align_within_m: float = 0.8
     patience_s: float = 8.0
     inside_m: float = 0.25
     drift: float = 0.03
@@ -105,15 +107,16 @@ class Belief:
         rows[:, groups] = (rows[:, groups] * self.config.absent_growth + self.config.absent_m**2).clamp(max=UNKNOWN)
         self.variance[ids] = rows
 
-    def move(self, body: BodyState, carries: Tensor) -> None:
-        """A control step has passed: counts the robot's own motion, and takes along what it `carries` (N,) bool."""
-        velocity = torch.cat([body.lin_vel[:, embodiment.PELVIS, :2], body.heading_rate[:, None]], -1)
+    def move(self, body: BodyState, turn_rad: Tensor, carries: Tensor) -> None:
+        """A control step has passed: counts the robot's own motion, of which `turn_rad` (N,) is known
+        (`hv_policy.belief.odometry`), and takes along what it `carries` (N,) bool."""
+        velocity = body.lin_vel[:, embodiment.PELVIS, :2]
         before = self.pose
         if self._velocity is not None:
             mean = (velocity + self._velocity) / 2 * CONTROL_DT_S
-            middle = before[:, 2:] + mean[:, 2:] / 2
-            xy = before[:, :2] + turned(mean[:, :2], middle.cos(), middle.sin())
-            self.pose = torch.cat([xy, before[:, 2:] + mean[:, 2:]], -1)
+            middle = before[:, 2:] + turn_rad[:, None] / 2
+            xy = before[:, :2] + turned(mean, middle.cos(), middle.sin())
+            self.pose = torch.cat([xy, before[:, 2:] + turn_rad[:, None]], -1)
         self._velocity = velocity
         cos, sin = self.pose[:, 2:].cos(), self.pose[:, 2:].sin()
         held = body.pos[:, embodiment.HANDS].mean(1)

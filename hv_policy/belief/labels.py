@@ -17,13 +17,14 @@ import torch
 from torch import Tensor
 
 from hv_policy.belief.boxes import BOX_DIM
-from hv_policy.belief.places import PLACES_DIM, WAY_DIM
-from hv_policy.decision.memory import VECTOR_DIM
+from hv_policy.belief.places import PLACES_DIM
 
-LABELS = {"places": PLACES_DIM, "way": WAY_DIM, "memory": VECTOR_DIM}
+LABELS = {"places": PLACES_DIM}
 LANDMARKS = "landmarks"
 """Column of names of things and spots and where they are; a dataset may come without it. JSON, for each frame
 [phrase, x, y, z, half extents 3, yaw] for things, phrase "" without words of its own, [phrase, x, y, z] for spots."""
+FLOOR = "floor"
+"""Column of what of the floor is taken (`hv_policy.belief.floor_patch`); a dataset may come without it."""
 PREFIX = "privileged."
 
 
@@ -50,8 +51,8 @@ class LabelTable:
                 )
             if tuple(feature["shape"]) != (size,):
                 raise ValueError(f"dataset {root}: {PREFIX}{name} has shape {feature['shape']}; valid: ({size},)")
-        self.has_landmarks = PREFIX + LANDMARKS in dataset_meta.features
-        columns = ["index", *(PREFIX + name for name in LABELS), *([PREFIX + LANDMARKS] * self.has_landmarks)]
+        texts = [name for name in (LANDMARKS, FLOOR) if PREFIX + name in dataset_meta.features]
+        columns = ["index", *(PREFIX + name for name in (*LABELS, *texts))]
         tables = [pq.read_table(file, columns=columns) for file in sorted((root / "data").rglob("*.parquet"))]
         index = np.concatenate([t["index"].to_numpy() for t in tables])
         order = np.argsort(index, kind="stable")
@@ -60,16 +61,19 @@ class LabelTable:
             name: torch.from_numpy(np.concatenate([_matrix(t[PREFIX + name], size) for t in tables])[order])
             for name, size in LABELS.items()
         }
-        texts = [text for t in tables for text in t[PREFIX + LANDMARKS].to_pylist()] if self.has_landmarks else []
-        self._landmarks = [texts[i] for i in order] if self.has_landmarks else []
+        self._texts = {
+            name: np.concatenate([t[PREFIX + name].to_numpy() for t in tables])[order].tolist() for name in texts
+        }
 
-    def landmarks(self, index: Tensor) -> list[str] | None:
-        """The texts of `LANDMARKS` for the frames with these indices (B,); None if the dataset has none.
+    def texts(self, name: str, index: Tensor) -> list[str] | None:
+        """The texts of column `LANDMARKS` or `FLOOR` for the frames with these indices (B,); None if the dataset has
+        none.
 
         Raises:
             ValueError: there is no such frame.
         """
-        return [self._landmarks[row] for row in self._row_of(index).tolist()] if self.has_landmarks else None
+        texts = self._texts.get(name)
+        return None if texts is None else [texts[row] for row in self._row_of(index).tolist()]
 
     def __call__(self, index: Tensor) -> dict[str, Tensor]:
         """(B, size) of each of `LABELS` for the frames with these indices (B,).

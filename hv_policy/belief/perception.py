@@ -1,4 +1,5 @@
-"""One picture, the instruction and the pose of the body -> where the places of the task are, and how sure that is."""
+"""One picture, the instruction and the pose of the body -> where the places of the task are, and how sure that is; and
+which floor is free."""
 
 from __future__ import annotations
 
@@ -8,23 +9,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor, nn
 
 from hv_policy.belief.camera import RAY_DIM, pixel_rays, project, ray_features
+from hv_policy.belief.floor import FloorHead
 from hv_policy.belief.places import (
-    FLAGS,
     GOAL,
     OBJECT,
     PICK,
     PLACE,
     PLACES_DIM,
-    WAY_DIM,
     squash,
-    squash_waypoint,
 )  # fmt: skip
 from hv_policy.configuration_hv import PerceptionSize
-from hv_policy.decision.memory import NUM_PHASES
 from hv_policy.fusion import FusionLayer
 from hv_policy.image_encoder import FineImageEncoder
 from hv_policy.motor.proprioception import read_proprioception
@@ -38,7 +35,6 @@ OBJECT_QUERY, GOAL_QUERY = 0, 1
 _BLUR, _POINTING_WEIGHT = 0.6, 0.15
 _TRUST_UNIT = 10.0
 """What the trust in pointing is counted in, so that it is learned faster than a weight."""
-BELIEF_DIM = 2 * PLACES_DIM + NUM_PHASES + 2
 
 
 @dataclass
@@ -47,7 +43,6 @@ class Measurement:
 
     places: Tensor  # (B, 21)
     log_spread: Tensor  # (B, 21) logarithm of the deviation
-    impression: Tensor  # (B, hidden), for `Perception.way`
     pointing: Tensor  # (B, NUM_POINTED, 1 + T) log-probabilities: not in the picture, or in this part of it
     spots: Tensor  # (B, J, 1 + T), the same for spots and things that were named by themselves
 
@@ -59,6 +54,7 @@ class Sight:
     tokens: Tensor  # (B, T, dim)
     rays: Tensor  # (B, T, RAY_DIM) where they look at
     keys: Tensor  # (B, T, dim) what is compared with what is looked for
+    fine: Tensor  # (B, channels, H, W) finer features
 
 
 @dataclass
@@ -77,7 +73,6 @@ class Perception(nn.Module):
         size: widths.
         image_size: of the pictures, px.
         vocabulary, max_words, word_dropout: see `TextEncoder`.
-        state_size: of the proprioception.
     """
 
     def __init__(
@@ -87,7 +82,6 @@ class Perception(nn.Module):
         vocabulary: Sequence[str],
         max_words: int,
         word_dropout: float,
-        state_size: int,
     ) -> None:
         super().__init__()
         dim = size.dim
@@ -97,7 +91,6 @@ class Perception(nn.Module):
         self.register_buffer("points", torch.tensor(points), persistent=False)
         self.register_buffer("rays", pixel_rays(self.image.grid), persistent=False)
         self.ray = nn.Sequential(nn.Linear(RAY_DIM, dim), nn.GELU(), nn.Linear(dim, dim))
-        self.state = nn.Sequential(nn.Linear(state_size, 2 * dim), nn.GELU(), nn.Linear(2 * dim, dim))
         self.queries = nn.Parameter(torch.randn(size.queries, dim) * 0.5)
         self.fusion = nn.ModuleList(FusionLayer(dim, size.heads) for _ in range(size.fusion_layers))
         self.point_query, self.point_key, self.nowhere = nn.Linear(dim, dim), nn.Linear(dim, dim), nn.Linear(dim, 1)
@@ -111,13 +104,7 @@ class Perception(nn.Module):
         self.measure = nn.Linear(size.hidden, 2 * PLACES_DIM)
         self.on_floor = nn.Linear(dim, 1)
         self.trust = nn.Parameter(torch.zeros(NUM_POINTED))
-        self.consider = nn.Sequential(
-            nn.Linear(size.hidden + BELIEF_DIM + dim, size.hidden // 2),
-            nn.GELU(),
-            nn.Linear(size.hidden // 2, size.hidden // 2),
-            nn.GELU(),
-            nn.Linear(size.hidden // 2, WAY_DIM),
-        )
+        self.floor = FloorHead(dim, size.channels[0], size.dim)
 
     def forward(self, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor) -> Measurement:
         """What pictures say: `judge` of what `look` sees; see there."""
@@ -128,9 +115,9 @@ class Perception(nn.Module):
         rays = ray_features(read_proprioception(state), self.rays)
         half = self.training and _is_fast_in_half(pictures.device.type)
         with torch.autocast(pictures.device.type, torch.bfloat16, enabled=half):
-            tokens = self.image(pictures)
+            tokens, fine = self.image(pictures)
         tokens = tokens.float() + self.ray(rays)
-        return Sight(tokens, rays, self.point_key(tokens) / tokens.shape[-1] ** 0.5)
+        return Sight(tokens, rays, self.point_key(tokens) / tokens.shape[-1] ** 0.5, fine.float())
 
     def judge(self, sight: Sight, words: Tensor, is_word: Tensor, spots: NamedSpots | None = None) -> Measurement:
         """What the pictures say.
@@ -161,7 +148,7 @@ class Perception(nn.Module):
         places, log_spread = self.measure(impression).chunk(2, -1)
         places = places.index_add(1, self.points, self._pointed_at(queries, found).flatten(1))
         spread = log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD)
-        return Measurement(places, spread, impression, pointing[:, :NUM_POINTED], pointing[:, own:])
+        return Measurement(places, spread, pointing[:, :NUM_POINTED], pointing[:, own:])
 
     def name(self, sight: Sight, words: Tensor, is_word: Tensor, which: Tensor) -> Tensor:
         """(B, T, 1 + J) logits of what each part of a picture shows: nothing of it, or one of J things.
@@ -186,40 +173,11 @@ class Perception(nn.Module):
         scores = self.point_query(queries) @ sight.keys.transpose(1, 2)
         return torch.cat([self.nowhere(queries), scores], -1).log_softmax(-1)
 
-    def feel(self, state: Tensor) -> Tensor:
-        """(B, dim) of the proprioception (B, 223)."""
-        return self.state((state / 2).clamp(-3.0, 3.0))
-
-    def way(self, seen: Measurement, state: Tensor, belief: Tensor) -> Tensor:
-        """(B, 8) the waypoint (squashed), the direction away from what is near, how far that is (m), and the logits of
-        the three flags (`hv_policy.belief.places`).
-
-        Args:
-            seen: what the picture says.
-            state: (B, 223).
-            belief: (B, BELIEF_DIM), see `belief_features`.
-        """
-        return self.consider(torch.cat([seen.impression, belief, self.feel(state)], 1))
-
 
 @functools.cache
 def _is_fast_in_half(device: str) -> bool:
     """Convolutions in bfloat16 train 1.6 times as fast where the processor has instructions for them."""
     return device == "cuda" or (device == "cpu" and bool(torch.ops.mkldnn._is_mkldnn_bf16_supported()))
-
-
-def belief_features(places: Tensor, log_spread: Tensor, phase: Tensor, clock_s: Tensor) -> Tensor:
-    """(B, BELIEF_DIM) what is believed, as inputs of a network.
-
-    Args:
-        places: (B, 21) squashed.
-        log_spread: (B, 21) logarithm of the deviation of that.
-        phase: (B,) int64, `hv_policy.decision.view.Phase`.
-        clock_s: (B,) time in it.
-    """
-    known = F.one_hot(phase, NUM_PHASES).to(places)
-    clock = torch.stack([torch.tanh(clock_s), torch.tanh(clock_s / 4)], -1)
-    return torch.cat([places.clamp(-5, 5), log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD), known, clock], 1)
 
 
 def measurement_loss(seen: Measurement, places_h: Tensor) -> Tensor:
@@ -279,11 +237,3 @@ def naming_error(logits: Tensor, label: Tensor, has_name: Tensor) -> Tensor:
         return (wrong * parts).sum(1) / parts.sum(1).clamp(min=1)
 
     return (mean(named) + mean(empty)) / 2
-
-
-def way_loss(predicted: Tensor, way: Tensor) -> Tensor:
-    """(B,) loss of `Perception.way` against the recorded numbers (B, 8) (`hv_policy.belief.places`)."""
-    flags = F.binary_cross_entropy_with_logits(predicted[:, FLAGS], way[:, FLAGS], reduction="none").mean(1)
-    waypoint = F.smooth_l1_loss(predicted[:, :2], squash_waypoint(way[:, :2]), reduction="none", beta=0.1).mean(1)
-    rest = F.smooth_l1_loss(predicted[:, 2:5], way[:, 2:5], reduction="none", beta=0.1).mean(1)
-    return waypoint + 0.5 * rest + 0.5 * flags

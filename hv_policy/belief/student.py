@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import torch
@@ -14,7 +14,10 @@ from torch import Tensor, nn
 from hv_policy.belief.belief import Belief, BeliefConfig
 from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.camera import project
+from hv_policy.belief.floor import POINTS_A_PICTURE, floor_in_view, points_to_learn
+from hv_policy.belief.floor_map import points_to_look_at
 from hv_policy.belief.labels import Landmarks
+from hv_policy.belief.odometry import Odometry, load_odometry
 from hv_policy.belief.perception import (
     GOAL_QUERY,
     OBJECT_QUERY,
@@ -22,31 +25,26 @@ from hv_policy.belief.perception import (
     NamedSpots,
     Perception,
     Sight,
-    belief_features,
     measurement_loss,
     naming_error,
     pointing_error,
     pointing_loss,
-    way_loss,
 )
 from hv_policy.belief.places import (
     AWAY,
-    FLAGS,
     GOAL,
     IS_LAST,
     OBJECT,
     PICK,
     PLACE,
     PRIOR_SPREAD,
-    WAY_DIM,
     WAYPOINT,
-    squash,
     stretch,
     turned,
     unsquash,
-    unsquash_waypoint,
 )  # fmt: skip
 from hv_policy.belief.task_places import leg_is_done, view_of
+from hv_policy.belief.wayfinder import Wayfinder
 from hv_policy.decision.memory import TaskMemory
 from hv_policy.decision.network import DecisionConfig, DecisionNetwork, hand_anchors, sight
 from hv_policy.decision.view import Phase
@@ -58,9 +56,7 @@ from hv_policy.motor.reference import GAZE, VELOCITY
 
 DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
-LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD = 0.02, 1.5
-UNKNOWN_SHARE = 0.15
-THINGS_WEIGHT, SPOTS_WEIGHT = 0.3, 0.2
+THINGS_WEIGHT, SPOTS_WEIGHT, FLOOR_WEIGHT = 0.3, 0.2, 0.3
 THINGS_ASKED = 2
 OUT_OF_VIEW_SHARE = 0.15
 """So many of the things that are not in a picture are asked for in it; those that are, all of them."""
@@ -70,11 +66,11 @@ SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
 
 
 class BeliefNetwork(nn.Module):
-    """All weights of a student: perception, decisions (`DECISION`) and motor prior.
+    """All weights of a student: perception, odometry, decisions (`DECISION`) and motor prior.
 
     Args:
         perception: see `Perception`.
-        from_scratch: take the shipped decisions and motor prior; else they come with a checkpoint.
+        from_scratch: take the shipped odometry, decisions and motor prior; else they come with a checkpoint.
     """
 
     def __init__(self, perception: Perception, from_scratch: bool) -> None:
@@ -82,8 +78,9 @@ class BeliefNetwork(nn.Module):
         self.perception = perception
         self.prior: MotorPrior = load_shipped_motor_prior()
         self.decision: DecisionNetwork = load_decision(SHIPPED_DECISION) if from_scratch else DecisionNetwork(DECISION)
-        self.decision.requires_grad_(False)
-        self.prior.requires_grad_(False)
+        self.odometry: Odometry = load_odometry() if from_scratch else Odometry()
+        for part in (self.decision, self.prior, self.odometry):
+            part.requires_grad_(False)
 
     def loss(
         self,
@@ -91,46 +88,53 @@ class BeliefNetwork(nn.Module):
         state: Tensor,
         words: Tensor,
         is_word: Tensor,
-        known: dict[str, Tensor],
+        places: Tensor,
         landmarks: Landmarks | None = None,
+        floor: tuple[Tensor, Tensor] | None = None,
     ) -> tuple[Tensor, dict[str, float]]:
-        """(B,) how wrong the places and the way are that the network sees, and figures to watch (m).
+        """(B,) how wrong the places and the floor are that the network sees, and figures to watch (m).
 
         Args:
             pictures, state, words, is_word: see `Perception`.
-            known: `places` (B, 21), `way` (B, 8), `memory` (B, 18): what was so.
+            places: (B, 21) that were so; zeros where that is not known.
             landmarks: what else is to be seen.
+            floor: (B, P) bool what is taken, (B,) bool whether that is known (`hv_policy.belief.floor_patch`).
         """
         shown = self.perception.look(pictures, state)
         seen, naming = self._seen(shown, state, words, is_word, landmarks)
-        places, way, memory = known["places"], known["way"], known["memory"]
-        truth = squash(places)
-        low, high = torch.tensor([LEAST_BELIEF_SPREAD, MOST_BELIEF_SPREAD]).log().tolist()
-        log_spread = low + (high - low) * torch.rand(len(truth), 1, device=truth.device)
-        unknown = torch.rand(len(truth), 1, device=truth.device) < UNKNOWN_SHARE
-        log_spread = torch.where(unknown, torch.full_like(log_spread, 2.0), log_spread).expand_as(truth)
-        believed = truth + torch.randn_like(truth) * log_spread.exp()
-        features = belief_features(believed, log_spread, memory[:, 0].long(), memory[:, 1])
-        predicted = self.perception.way(seen, state, features)
-        seeing, going = measurement_loss(seen, places), way_loss(predicted, way)
-        pointing = pointing_loss(seen, state, places)
+        seeing, pointing = measurement_loss(seen, places), pointing_loss(seen, state, places)
+        free, wrongly = self._floor_loss(shown, state, floor)
         labelled = (places != 0).any(1)  # frames without labels hold zeros
         with torch.no_grad():
             error = (unsquash(seen.places) - places).abs()
             near = places[:, :2].norm(dim=-1) < 1.5
             figures = {
                 "seeing_loss": seeing.mean().item(),
-                "way_loss": going.mean().item(),
+                "floor_loss": free.mean().item(),
+                "floor_wrong": wrongly.item(),
                 "pointing_loss": pointing.mean().item(),
                 "naming_loss": naming.mean().item(),
                 "object_error_m": _median(error[:, OBJECT][:, :2].norm(dim=1)),
                 "near_object_error_m": _median(error[near][:, OBJECT][:, :2].norm(dim=1)),
                 "goal_error_m": _median(error[:, GOAL][:, :2].norm(dim=1)),
                 "stand_error_m": _median(error[:, PICK].norm(dim=1)),
-                "waypoint_error_m": _median((unsquash_waypoint(predicted[:, WAYPOINT]) - way[:, WAYPOINT]).norm(dim=1)),
-                "flags_wrong": ((predicted[:, FLAGS] > 0) != (way[:, FLAGS] > 0.5)).float().mean().item(),
             }
-        return (seeing + going + pointing + naming) * labelled, figures
+        return (seeing + pointing + naming) * labelled + FLOOR_WEIGHT * free, figures
+
+    def _floor_loss(
+        self, shown: Sight, state: Tensor, floor: tuple[Tensor, Tensor] | None
+    ) -> tuple[Tensor, Tensor]:
+        """(B,) how wrong it is which floor is free (cross-entropy), and how often that is the wrong way about."""
+        if floor is None:
+            return torch.zeros(len(state), device=state.device), torch.zeros((), device=state.device)
+        taken, known = (x.to(state.device) for x in floor)
+        body = read_proprioception(state)
+        cells, points, in_view = points_to_learn(body, POINTS_A_PICTURE)
+        logits = self.perception.floor(shown.tokens, shown.fine, body, points)
+        truth, counts = taken.gather(1, cells), in_view & known[:, None]
+        loss = F.binary_cross_entropy_with_logits(logits, truth.to(logits), reduction="none")
+        wrong = ((logits > 0) != truth) & counts
+        return (loss * counts).sum(1) / counts.sum(1).clamp(min=1), wrong.sum() / counts.sum().clamp(min=1)
 
     def _seen(
         self, shown: Sight, state: Tensor, words: Tensor, is_word: Tensor, landmarks: Landmarks | None
@@ -187,8 +191,8 @@ class Following:
     instructions: list[str]
     blind_steps: Tensor
     """(N,) control steps since the last look at a picture."""
-    way: Tensor
-    """(N, 8) as `hv_policy.belief.places` has it, but in the frame of the belief's pose."""
+    wayfinder: Wayfinder
+    """What is known of the floor, and the way over it."""
     searched_rad: Tensor
     """(N,) how far the robot has turned round, looking for something."""
     rounds: Tensor
@@ -201,6 +205,8 @@ class Following:
     """(N,) how long it will still stand up before it walks, having given up reaching or holding."""
     intent: Tensor
     """(N, 14) the last one."""
+    felt: Tensor | None = None
+    """(N, 223) the last proprioception."""
 
     @staticmethod
     def begin(network: BeliefNetwork, instructions: Sequence[str], config: BeliefConfig) -> Following:
@@ -209,21 +215,20 @@ class Following:
         prior = copy.copy(network.prior)  # shares the weights, has a memory of its own
         prior.reset()
         blind = torch.full((n,), config.look_every)
-        memory, way = TaskMemory.of(n), torch.zeros(n, WAY_DIM)
-        belief = Belief(n, config)
+        memory, wayfinder, belief = TaskMemory.of(n), Wayfinder(n), Belief(n, config)
         search = torch.zeros(n), torch.zeros(n), torch.zeros(n), torch.zeros(n, 2), torch.zeros(n)
-        return Following(belief, memory, prior, list(instructions), blind, way, *search, torch.zeros(n, 14))
+        return Following(belief, memory, prior, list(instructions), blind, wayfinder, *search, torch.zeros(n, 14))
 
     def copy(self) -> Following:
         """The same, from where another future may begin."""
         prior = self.copied_prior()
-        belief, memory, way = copy.deepcopy(self.belief), self.memory.clone(), self.way.clone()
+        belief, memory, wayfinder = copy.deepcopy(self.belief), self.memory.clone(), self.wayfinder.copy()
         searched, rounds = self.searched_rad.clone(), self.rounds.clone()
         exploring, vantage, rising = self.exploring_s.clone(), self.vantage.clone(), self.rising_s.clone()
         blind, intent = self.blind_steps.clone(), self.intent.clone()
         instructions = list(self.instructions)
         return Following(
-            belief, memory, prior, instructions, blind, way, searched, rounds, exploring, vantage, rising, intent
+            belief, memory, prior, instructions, blind, wayfinder, searched, rounds, exploring, vantage, rising, intent, self.felt
         )
 
     def copied_prior(self) -> MotorPrior:
@@ -242,6 +247,8 @@ class Following:
             self.memory.reset(ids)
             self.blind_steps[ids] = self.belief.config.look_every
             self.searched_rad[ids] = self.rounds[ids] = self.exploring_s[ids] = self.rising_s[ids] = 0.0
+            for env in changed:
+                self.wayfinder.forget(env)
             self.instructions = list(instructions)
 
     @property
@@ -264,7 +271,9 @@ class Following:
         """
         body = read_proprioception(state)
         phase = self.memory.phase
-        self.belief.move(body, (phase >= Phase.LIFT) & (phase <= Phase.LOWER))
+        turn_rad = torch.zeros(len(state)) if self.felt is None else network.odometry(self.felt, state)
+        self.felt = state
+        self.belief.move(body, turn_rad, (phase >= Phase.LIFT) & (phase <= Phase.LOWER))
         looks = self.looks
         if len(looks):
             self._look(network.perception, looks, pictures, state[looks], words[looks], is_word[looks])
@@ -286,7 +295,7 @@ class Following:
         wants = (to_object | carries) & unknown & ~self._given_up
         seen_all = wants & (self.searched_rad >= c.search_rad)
         begins = seen_all & (self.exploring_s == 0)
-        there = self.belief.pose[:, :2] + c.explore_m * F.normalize(self.way[:, AWAY], dim=-1)
+        there = self.belief.pose[:, :2] + c.explore_m * F.normalize(self.wayfinder.way[:, AWAY], dim=-1)
         self.vantage = torch.where(begins[:, None], there, self.vantage)
         self.exploring_s = torch.where(seen_all, self.exploring_s + CONTROL_DT_S, torch.zeros_like(self.exploring_s))
         near = (self.vantage - self.belief.pose[:, :2]).norm(dim=-1) < ARRIVED_M
@@ -330,23 +339,28 @@ class Following:
         self, perception: Perception, ids: Tensor, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor
     ) -> None:
         """Takes in the pictures of environments `ids` (n,); all arguments are theirs."""
-        seen = perception(pictures, state, words, is_word)
+        shown = perception.look(pictures, state)
+        seen = perception.judge(shown, words, is_word)
         places = unsquash(seen.places)
         # what the network knows without looking must not count anew with every picture
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
         told = ((-2 * seen.log_spread).exp() - known.to(places)).clamp(min=1e-4)
         self.belief.measure(ids, places, told.rsqrt() * stretch(places))
         self._miss(ids, seen, state)
-        places_h, log_spread = self.belief.now()
-        phase, clock = self.memory.phase[ids], self.memory.clock_s[ids]
-        features = belief_features(squash(places_h[ids]), log_spread[ids], phase, clock)
-        way = perception.way(seen, state, features)
-        pose = self.belief.pose[ids]
-        cos, sin = pose[:, 2:].cos(), pose[:, 2:].sin()
-        way[:, WAYPOINT] = turned(unsquash_waypoint(way[:, WAYPOINT]), cos, sin) + pose[:, :2]
-        way[:, AWAY] = turned(way[:, AWAY], cos, sin)
-        way[:, FLAGS] = (way[:, FLAGS] > 0).to(way)
-        self.way = self.way.index_copy(0, ids, way)
+        self._find_ways(perception, shown, ids, read_proprioception(state))
+
+    def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:
+        """Takes in which floor is free in the pictures of environments `ids` (n,), and finds their ways over it."""
+        points = points_to_look_at()
+        in_view = floor_in_view(body, points.expand(len(ids), -1, -1))
+        finder, belief = self.wayfinder, self.belief
+        for row, env in enumerate(ids.tolist()):
+            there, one = points[in_view[row]], slice(row, row + 1)
+            own = BodyState(*(getattr(body, f.name)[one] for f in fields(body)))
+            logits = perception.floor(shown.tokens[one], shown.fine[one], own, there[None])[0]
+            finder.floor.see(env, belief.pose[env], there, logits)
+            look_at = self.vantage[env] if self.exploring_s[env] > 0 else None
+            finder.go_on(env, belief.pose[env], belief.places[env], int(self.memory.phase[env]), look_at)
 
     def _miss(self, ids: Tensor, seen: Measurement, state: Tensor) -> None:
         """What should be in the pictures of environments `ids`, and is not, is believed less.
@@ -367,7 +381,7 @@ class Following:
 
     def _way_now(self, places_h: Tensor) -> Tensor:
         """(N, 8) the way in the present heading frame; where the waypoint is a stand, the one that is believed in."""
-        pose, way = self.belief.pose, self.way.clone()
+        pose, way = self.belief.pose, self.wayfinder.way.clone()
         cos, sin = pose[:, 2:].cos(), -pose[:, 2:].sin()
         way[:, WAYPOINT] = turned(way[:, WAYPOINT] - pose[:, :2], cos, sin)
         way[:, AWAY] = turned(way[:, AWAY], cos, sin)
@@ -375,9 +389,6 @@ class Following:
         stand = torch.where(to_place[:, None], places_h[:, PLACE], places_h[:, PICK])
         at_stand = (way[:, IS_LAST] > 0.5) & (self.memory.phase <= Phase.LOWER)
         way[:, WAYPOINT] = torch.where(at_stand[:, None], stand, way[:, WAYPOINT])
-        explores = (self.exploring_s > 0)[:, None]
-        way[:, WAYPOINT] = torch.where(explores, turned(self.vantage - pose[:, :2], cos, sin), way[:, WAYPOINT])
-        way[:, FLAGS] = way[:, FLAGS] * ~explores
         return way
 
     def _decide(
@@ -398,7 +409,7 @@ class Following:
         sights = sight(observed, view, leg_is_done(way), self.memory.phase > Phase.LIFT)
         geometry = state.new_zeros(len(state), 600)
         before = self.memory.vector(view)
-        phase = self._sure_of(decision.phase_logits(sights, geometry, before).argmax(-1))
+        phase = self._sure_of(decision.phase_logits(sights, geometry, before).argmax(-1), places_h)
         bent = (self.memory.phase >= Phase.REACH) & (self.memory.phase <= Phase.RELEASE)
         self.rising_s = torch.where(
             bent & (phase == Phase.APPROACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
@@ -415,8 +426,9 @@ class Following:
             self.belief.doubt(lost.nonzero()[:, 0])
             self.searched_rad, self.rounds = self.searched_rad * ~lost, self.rounds * ~lost
 
-    def _sure_of(self, phase: Tensor) -> Tensor:
-        """(N,) the phase that comes next, but nothing is reached for that may be elsewhere, and nothing for ever."""
+    def _sure_of(self, phase: Tensor, places_h: Tensor) -> Tensor:
+        """(N,) the phase that comes next, but nothing is reached for that may be elsewhere, and nothing for ever; and
+        what turns out to be far away is walked to, round what is in the way."""
         c, now = self.belief.config, self.memory.phase
         reaches = (now == Phase.ALIGN) | (now == Phase.REACH)
         impatient = reaches & (phase == now) & (self.memory.clock_s > c.patience_s)
@@ -424,6 +436,9 @@ class Following:
         unsure = self.belief.variance[:, 0].sqrt() > c.sure_m
         would_reach = (phase == Phase.REACH) | (phase == Phase.SQUEEZE)
         back = impatient | (unsure & (now <= Phase.REACH) & would_reach)
+        for walks, aligns, stand in ((Phase.APPROACH, Phase.ALIGN, PICK), (Phase.CARRY, Phase.ALIGN_PLACE, PLACE)):
+            is_far = (phase == aligns) & (places_h[:, stand].norm(dim=-1) > c.align_within_m)
+            phase = torch.where(is_far, torch.full_like(phase, int(walks)), phase)
         return torch.where(back, torch.full_like(phase, int(Phase.APPROACH)), phase)
 
 

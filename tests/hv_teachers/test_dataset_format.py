@@ -6,9 +6,11 @@ import pytest
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from hv_teachers.dataset_format import (
+    FLOOR,
     FPS,
     HEAD_IMAGE,
     LANDMARKS,
+    TEXT_COLUMNS,
     VECTOR_COLUMNS,
     FrameDigest,
     RecordingError,
@@ -31,6 +33,7 @@ def written(tmp_path: Path) -> tuple[Path, list[FrameDigest]]:
             HEAD_IMAGE: rng.integers(0, 256, (32, 32, 3), dtype=np.uint8),
             **{name: rng.standard_normal(size).astype(np.float32) for name, size in VECTOR_COLUMNS.items()},
             LANDMARKS: f'[["the vase", 0, {step}, 0, 0.5]]',
+            FLOOR: "" if step == 3 else f"{step}",
             "task": INSTRUCTIONS[step >= 6],
         }
         for step in range(10)
@@ -68,13 +71,14 @@ def test_a_missing_frame_is_found(written):
 
 def test_a_digest_tells_every_entry_apart():
     image = np.zeros((4, 4, 3), np.uint8)
-    vectors = {name: np.zeros(size, np.float32) for name, size in VECTOR_COLUMNS.items()} | {LANDMARKS: "[]"}
+    vectors = {name: np.zeros(size, np.float32) for name, size in VECTOR_COLUMNS.items()} | {LANDMARKS: "[]", FLOOR: ""}
     seen = {digest(image, vectors, "a"), digest(image, vectors, "b")}
     for name in VECTOR_COLUMNS:
-        changed = {key: np.copy(value) if key != LANDMARKS else value for key, value in vectors.items()}
+        changed = {key: np.copy(value) if key not in TEXT_COLUMNS else value for key, value in vectors.items()}
         changed[name][-1] = np.nextafter(np.float32(0), np.float32(1))
         seen.add(digest(image, changed, "a"))
     image[3, 3, 2] = 1
     seen.add(digest(image, vectors, "a"))
     seen.add(digest(image, vectors | {LANDMARKS: "[[]]"}, "a"))
-    assert len(seen) == 4 + len(VECTOR_COLUMNS)
+    seen.add(digest(image, vectors | {FLOOR: "x"}, "a"))
+    assert len(seen) == 5 + len(VECTOR_COLUMNS)

@@ -1,0 +1,126 @@
+"""Finds the robot's way: to where the object is taken, back from there, on to its goal; or to where there is more to
+see. What the decisions are told of it is what the teachers are told of their routes (`hv_policy.belief.places`)."""
+
+from __future__ import annotations
+
+import copy
+from enum import IntEnum
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from hv_policy.belief.floor_map import FloorMap
+from hv_policy.belief.places import OBJECT, PICK, PICK_TURN, PLACE, PLACE_TURN, WAY_DIM
+from hv_policy.belief.ways import Way, Window, room_here, step_back, way_to, way_to_stand
+from hv_policy.decision.view import Phase
+
+LOOKS_A_PLAN = 5
+"""A path is planned anew after so many looks, or when the stand that it leads to has moved by more than:"""
+MOVED_M, MOVED_RAD = 0.15, 0.4
+BACK_M = 0.12
+"""Short of its end by this, the way back counts as done."""
+
+
+class Leg(IntEnum):
+    """Where a way leads."""
+
+    TO_OBJECT = 0
+    BACK = 1
+    TO_GOAL = 2
+    TO_LOOK = 3
+
+
+class Wayfinder:
+    """Maps and ways of N environments."""
+
+    def __init__(self, num: int) -> None:
+        self.floor = FloorMap(num)
+        self.way = torch.zeros(num, WAY_DIM)
+        """(N, 8) as `hv_policy.belief.places` has it, but in the frame of odometry."""
+        self._legs: list[Leg | None] = [None] * num
+        self._paths: list[Way | None] = [None] * num
+        self._stands = np.zeros((num, 3))
+        self._ages = [0] * num
+        self._back_to = np.zeros((num, 3))
+
+    def copy(self) -> Wayfinder:
+        """The same, sharing nothing that changes."""
+        return copy.deepcopy(self)
+
+    def forget(self, env: int) -> None:
+        """Environment `env` has something else to do; the floor is still the same."""
+        self._legs[env] = self._paths[env] = None
+
+    def go_on(self, env: int, pose: Tensor, places: Tensor, phase: int, look_at: Tensor | None) -> None:
+        """Finds `way` of an environment after it has looked.
+
+        Args:
+            env: its number.
+            pose: (3,) x, y, yaw of the robot in the frame of odometry, which all is in.
+            places: (21,) what is believed.
+            phase: of the work.
+            look_at: (2,) a place to go to and look round from, instead of the work.
+        """
+        self.floor.stand(env, pose[:2])
+        robot, known = pose.double().numpy(), places.double().numpy()
+        evidence = self.floor.evidence[env].numpy()
+        clearance, away = room_here(evidence, robot[:2])
+        leg = self._leg(env, phase, robot, evidence, look_at is not None)
+        if leg != self._legs[env]:
+            self._paths[env] = None
+        self._legs[env] = leg
+        if leg == Leg.BACK:
+            waypoint, is_last, may_back = self._back_to[env, :2], False, True
+        elif leg == Leg.TO_LOOK:
+            assert look_at is not None
+            place = np.append(look_at.double().numpy(), 0.0)
+            waypoint, _ = self._path(env, evidence, robot[:2], place, leg, None).waypoint(robot[:2])
+            is_last = may_back = False
+        else:
+            of_object = leg == Leg.TO_OBJECT
+            at, turn = (PICK, PICK_TURN) if of_object else (PLACE, PLACE_TURN)
+            cos, sin = known[turn]
+            stand = np.array([*known[at], np.arctan2(sin, cos)])
+            if phase in (Phase.APPROACH, Phase.CARRY):
+                thing = known[OBJECT][:2] if of_object else None
+                waypoint, is_last = self._path(env, evidence, robot[:2], stand, leg, thing).waypoint(robot[:2])
+            else:
+                waypoint, is_last = stand[:2], True
+            may_back = is_last
+        row = np.concatenate([waypoint, away, [clearance, is_last, may_back, is_last]])
+        self.way[env] = torch.from_numpy(row).float()
+
+    def _leg(self, env: int, phase: int, robot: np.ndarray, evidence: np.ndarray, looks: bool) -> Leg:
+        """Which leg comes now; having lifted something, the robot first walks straight back to where it has room."""
+        if looks:
+            return Leg.TO_LOOK
+        if phase < Phase.LIFT or phase == Phase.IDLE:
+            return Leg.TO_OBJECT
+        if phase == Phase.LIFT:
+            if self._legs[env] != Leg.BACK:
+                window = Window.around(evidence, robot[None, :2])
+                self._back_to[env] = *step_back(window, robot), robot[2]
+            return Leg.BACK
+        if phase == Phase.CARRY and self._legs[env] == Leg.BACK:
+            ahead = np.array([np.cos(self._back_to[env, 2]), np.sin(self._back_to[env, 2])])
+            left = robot[:2] - self._back_to[env, :2]
+            return Leg.BACK if left @ ahead > BACK_M and np.linalg.norm(left) > 1.5 * BACK_M else Leg.TO_GOAL
+        return Leg.TO_GOAL
+
+    def _path(
+        self, env: int, evidence: np.ndarray, xy: np.ndarray, stand: np.ndarray, leg: Leg, thing: np.ndarray | None
+    ) -> Way:
+        """The path that an environment follows, planned anew where it is old or leads elsewhere."""
+        path, moved = self._paths[env], stand - self._stands[env]
+        turned = abs((moved[2] + np.pi) % (2 * np.pi) - np.pi)
+        self._ages[env] += 1
+        if (
+            path is None
+            or self._ages[env] >= LOOKS_A_PLAN
+            or np.linalg.norm(moved[:2]) > MOVED_M
+            or turned > MOVED_RAD
+        ):
+            path = way_to(evidence, xy, stand[:2]) if leg == Leg.TO_LOOK else way_to_stand(evidence, xy, stand, thing)
+            self._paths[env], self._stands[env], self._ages[env] = path, stand, 0
+        return path
