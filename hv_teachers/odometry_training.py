@@ -96,7 +96,7 @@ def train_odometry(felt: Felt, seed: int, steps: int) -> tuple[Odometry, dict[st
 
 
 def _error_a_second(errors: Tensor, envs: Tensor) -> float:
-    """Sums of 30 errors in a row of the same robot, degrees: two thirds are smaller (a few robots are about to fall)."""
+    """Sums of 30 errors in a row of the same robot, degrees; two thirds are smaller (some robots are about to fall)."""
     sums = []
     for env in envs.unique().tolist():
         own = errors[envs == env]

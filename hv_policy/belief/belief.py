@@ -37,7 +37,7 @@ class BeliefConfig:
         drift: error of odometry, m for each m.
         searching: an object or goal is looked for by turning round if its squashed deviation is larger than this; far
             away that is the deviation as a share of the distance.
-        search_rad: how far the robot turns for that at most; then it walks away from what is near, by
+        search_rad: how far the robot turns for that at most; then it walks to a place that is so far away,
         explore_m: and for
         explore_s: at most, and turns round there.
         search_rounds: having turned round so many times for one instruction it goes by its best guess.

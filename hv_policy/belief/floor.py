@@ -63,8 +63,8 @@ def floor_in_view(body: BodyState, points_h: Tensor) -> Tensor:
 
 
 def points_to_learn(body: BodyState, count: int) -> tuple[Tensor, Tensor, Tensor]:
-    """Cells (B, count) of the patch (`floor_patch`), drawn from those in view, so many of them far as near; their places
-    (B, count, 2); and whether they are in view at all, (B, count)."""
+    """Cells (B, count) of the patch (`floor_patch`), drawn from those in view, as many of them near as far; their
+    places (B, count, 2); and whether they are in view at all, (B, count)."""
     points = patch_points().to(body.pos)
     in_view = floor_in_view(body, points.expand(len(body.pos), -1, -1))
     # Gumbel's trick: in proportion to one by the distance, because there are the more points the farther it is

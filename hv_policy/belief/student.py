@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import torch
@@ -221,14 +221,16 @@ class Following:
 
     def copy(self) -> Following:
         """The same, from where another future may begin."""
-        prior = self.copied_prior()
-        belief, memory, wayfinder = copy.deepcopy(self.belief), self.memory.clone(), self.wayfinder.copy()
-        searched, rounds = self.searched_rad.clone(), self.rounds.clone()
-        exploring, vantage, rising = self.exploring_s.clone(), self.vantage.clone(), self.rising_s.clone()
-        blind, intent = self.blind_steps.clone(), self.intent.clone()
-        instructions = list(self.instructions)
-        return Following(
-            belief, memory, prior, instructions, blind, wayfinder, searched, rounds, exploring, vantage, rising, intent, self.felt
+        kept = {f.name: getattr(self, f.name) for f in fields(self)}
+        tensors = {name: value.clone() for name, value in kept.items() if isinstance(value, Tensor)}
+        return replace(
+            self,
+            belief=copy.deepcopy(self.belief),
+            memory=self.memory.clone(),
+            prior=self.copied_prior(),
+            instructions=list(self.instructions),
+            wayfinder=self.wayfinder.copy(),
+            **tensors,
         )
 
     def copied_prior(self) -> MotorPrior:
@@ -295,8 +297,8 @@ class Following:
         wants = (to_object | carries) & unknown & ~self._given_up
         seen_all = wants & (self.searched_rad >= c.search_rad)
         begins = seen_all & (self.exploring_s == 0)
-        there = self.belief.pose[:, :2] + c.explore_m * F.normalize(self.wayfinder.way[:, AWAY], dim=-1)
-        self.vantage = torch.where(begins[:, None], there, self.vantage)
+        for env in begins.nonzero()[:, 0].tolist():
+            self.vantage[env] = self.wayfinder.place_to_look_from(env, self.belief.pose[env], c.explore_m)
         self.exploring_s = torch.where(seen_all, self.exploring_s + CONTROL_DT_S, torch.zeros_like(self.exploring_s))
         near = (self.vantage - self.belief.pose[:, :2]).norm(dim=-1) < ARRIVED_M
         arrived = seen_all & (near | (self.exploring_s > c.explore_s))

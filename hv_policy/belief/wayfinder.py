@@ -12,7 +12,7 @@ from torch import Tensor
 
 from hv_policy.belief.floor_map import FloorMap
 from hv_policy.belief.places import OBJECT, PICK, PICK_TURN, PLACE, PLACE_TURN, WAY_DIM
-from hv_policy.belief.ways import Way, Window, room_here, step_back, way_to, way_to_stand
+from hv_policy.belief.ways import Way, Window, place_to_look_from, room_here, step_back, way_to, way_to_stand
 from hv_policy.decision.view import Phase
 
 LOOKS_A_PLAN = 5
@@ -43,6 +43,7 @@ class Wayfinder:
         self._stands = np.zeros((num, 3))
         self._ages = [0] * num
         self._back_to = np.zeros((num, 3))
+        self._looked_from: list[list[np.ndarray]] = [[] for _ in range(num)]
 
     def copy(self) -> Wayfinder:
         """The same, sharing nothing that changes."""
@@ -51,6 +52,14 @@ class Wayfinder:
     def forget(self, env: int) -> None:
         """Environment `env` has something else to do; the floor is still the same."""
         self._legs[env] = self._paths[env] = None
+        self._looked_from[env] = []
+
+    def place_to_look_from(self, env: int, pose: Tensor, reach_m: float) -> Tensor:
+        """(2,) where environment `env` goes next, having looked all round at `pose` (3,) in vain."""
+        xy, before = pose[:2].double().numpy(), self._looked_from[env]
+        place = place_to_look_from(self.floor.evidence[env].numpy(), xy, reach_m, before)
+        before.append(xy)
+        return torch.from_numpy(place).float()
 
     def go_on(self, env: int, pose: Tensor, places: Tensor, phase: int, look_at: Tensor | None) -> None:
         """Finds `way` of an environment after it has looked.

@@ -6,6 +6,7 @@ probably taken only costs more.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -129,6 +130,20 @@ def step_back(window: Window, stand: np.ndarray) -> np.ndarray:
     room = window.room(points)
     enough = room >= RADIUS_M
     return points[int(enough.argmax()) if enough.any() else int(room.argmax())]
+
+
+def place_to_look_from(
+    evidence: np.ndarray, xy: np.ndarray, reach_m: float, before: Sequence[np.ndarray]
+) -> np.ndarray:
+    """(2,) where to look round next: `reach_m` from `xy` (2,), where the way is open and far from the places `before`
+    that the robot looked round from."""
+    angles = np.arange(0.0, 2 * np.pi, np.pi / 8)
+    places = xy + reach_m * np.stack([np.cos(angles), np.sin(angles)], -1)
+    window = Window.around(evidence, places)
+    along = xy + np.linspace(0.2, 1.0, 9)[:, None, None] * (places - xy)
+    room = np.minimum(window.room(along).min(0), EASY_M)
+    away = np.min([np.linalg.norm(places - b, axis=-1) for b in (xy, *before)], axis=0)
+    return places[int((2 * room + away).argmax())]
 
 
 def room_here(evidence: np.ndarray, xy: np.ndarray) -> tuple[float, np.ndarray]:

@@ -1,0 +1,76 @@
+import math
+
+import torch
+
+from hv_policy.belief.places import IS_LAST, LEG_IS_DONE, MAY_BACK, PICK, PLACE, WAYPOINT
+from hv_policy.belief.wayfinder import Leg, Wayfinder
+from hv_policy.decision.view import Phase
+
+
+def places(pick=(2.0, 0.0), place=(0.0, 3.0)) -> torch.Tensor:
+    known = torch.zeros(21)
+    known[PICK], known[PLACE] = torch.tensor(pick), torch.tensor(place)
+    known[14] = known[19] = 1.0  # one faces along x, the other along y
+    known[0] = pick[0] + 0.5
+    return known
+
+
+def pose(x: float, y: float, yaw: float = 0.0) -> torch.Tensor:
+    return torch.tensor([x, y, yaw])
+
+
+def test_legs_follow_each_other_as_the_work_goes_on():
+    finder = Wayfinder(2)
+    finder.floor.evidence[:] = -4.0
+    finder.go_on(0, pose(0, 0), places(), Phase.APPROACH, None)
+    assert finder._legs[0] == Leg.TO_OBJECT
+    assert not finder.way[0, IS_LAST]
+    assert 0.2 < float(finder.way[0, 0]) < 1.0
+    finder.go_on(0, pose(1.95, 0), places(), Phase.ALIGN, None)
+    torch.testing.assert_close(finder.way[0, WAYPOINT], torch.tensor([2.0, 0.0]))
+    assert finder.way[0, [IS_LAST, MAY_BACK, LEG_IS_DONE]].tolist() == [1, 1, 1]
+    finder.go_on(0, pose(2, 0), places(), Phase.LIFT, None)
+    assert finder._legs[0] == Leg.BACK
+    assert finder.way[0, 0] < 1.9
+    assert finder.way[0, [IS_LAST, MAY_BACK, LEG_IS_DONE]].tolist() == [0, 1, 0]
+    finder.go_on(0, pose(1.99, 0), places(), Phase.CARRY, None)
+    assert finder._legs[0] == Leg.BACK
+    finder.go_on(0, pose(1.8, 0), places(), Phase.CARRY, None)
+    assert finder._legs[0] == Leg.TO_GOAL
+    finder.go_on(0, pose(0, 2.9, math.pi / 2), places(), Phase.CARRY, None)
+    torch.testing.assert_close(finder.way[0, WAYPOINT], torch.tensor([0.0, 3.0]), atol=1e-5, rtol=0)
+    assert finder.way[0, IS_LAST] == 1
+    assert (finder.way[1] == 0).all()
+
+
+def test_a_place_to_look_round_from_is_walked_to_instead():
+    finder = Wayfinder(1)
+    finder.go_on(0, pose(0, 0), places(), Phase.APPROACH, torch.tensor([-1.5, 0.0]))
+    assert finder._legs[0] == Leg.TO_LOOK
+    assert finder.way[0, 0] < -0.2
+    assert finder.way[0, [IS_LAST, MAY_BACK, LEG_IS_DONE]].tolist() == [0, 0, 0]
+
+
+def test_a_path_is_kept_until_it_is_old_or_its_end_has_moved():
+    finder = Wayfinder(1)
+    finder.go_on(0, pose(0, 0), places(), Phase.APPROACH, None)
+    first = finder._paths[0]
+    finder.go_on(0, pose(0.1, 0), places((2.05, 0.05)), Phase.APPROACH, None)
+    assert finder._paths[0] is first
+    finder.go_on(0, pose(0.1, 0), places((2.0, 0.5)), Phase.APPROACH, None)
+    second = finder._paths[0]
+    assert second is not first
+    for _ in range(5):
+        finder.go_on(0, pose(0.1, 0), places((2.0, 0.5)), Phase.APPROACH, None)
+    assert finder._paths[0] is not second
+
+
+def test_a_copy_goes_its_own_way():
+    finder = Wayfinder(1)
+    finder.go_on(0, pose(0, 0), places(), Phase.APPROACH, None)
+    other = finder.copy()
+    other.floor.evidence[:] = 4.0
+    other.go_on(0, pose(1, 1), places((0.0, 2.0)), Phase.CARRY, None)
+    assert (finder.floor.evidence != 4.0).all()
+    assert finder._legs[0] == Leg.TO_OBJECT
+    assert not torch.equal(finder.way, other.way)

@@ -1,0 +1,18 @@
+import torch
+
+from hv_policy.belief.odometry import rate_turn
+from hv_sim.suites import load_suite
+from hv_teachers.odometry_training import feel, train_odometry
+
+
+def test_what_is_felt_is_what_happens_and_can_be_learned():
+    tasks = load_suite("seen")[:16]
+    felt = feel(tasks, seed=3, steps=150)
+    assert felt.before.shape == felt.now.shape == (len(felt.turn_rad), 223)
+    assert set(felt.env.tolist()) == set(range(16))
+    assert (felt.turn_rad - rate_turn(felt.before, felt.now)).abs().median() < 0.005
+    again = feel(tasks, seed=3, steps=5)
+    torch.testing.assert_close(again.now[:16], felt.now[:16], atol=0, rtol=0)
+    network, figures = train_odometry(felt, seed=0, steps=400)
+    assert figures["deg"] < figures["rate_deg"]
+    assert not network.training
