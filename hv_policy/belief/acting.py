@@ -72,10 +72,10 @@ class BeliefStudent:
         """(B,) how wrong the places and the floor are that the network sees, and figures to watch."""
         pictures, state = read_observation(batch, self.cameras, self.config.image_size)
         words, is_word = self.reader.read(read_instructions(batch, len(state)))
-        places, named, floor = self._places(batch), self._texts(batch, LANDMARKS), self._texts(batch, FLOOR)
+        known, named, floor = self._known(batch), self._texts(batch, LANDMARKS), self._texts(batch, FLOOR)
         landmarks = None if named is None else read_landmarks(named, SPOTS_A_PICTURE)
         patches = None if floor is None else read_patches(floor)
-        return self.network.loss(pictures[:, -1, 0], state[:, -1], words, is_word, places, landmarks, patches)
+        return self.network.loss(pictures[:, -1, 0], state[:, -1], words, is_word, known, landmarks, patches)
 
     def act(self, batch: dict[str, Any]) -> Tensor:
         """(N, 28) servo targets in rad; a control step passes."""
@@ -95,19 +95,18 @@ class BeliefStudent:
             return list(batch[PREFIX + name])
         return self._labels.texts(name, torch.as_tensor(batch["index"])) if self._labels is not None else None
 
-    def _places(self, batch: dict[str, Any]) -> Tensor:
-        """(B, 21) of a training batch.
+    def _known(self, batch: dict[str, Any]) -> dict[str, Tensor]:
+        """The labels of a training batch.
 
         Raises:
             ValueError: neither the batch nor the dataset has them.
         """
-        [name] = LABELS
-        if PREFIX + name in batch:
-            return batch[PREFIX + name]
+        if all(PREFIX + name in batch for name in LABELS):
+            return {name: batch[PREFIX + name] for name in LABELS}
         if self._labels is None:
             if self._meta is None:
                 raise ValueError("dataset: form=belief is trained on a dataset of hv-record; none was given")
             self._labels = LabelTable(self._meta)
         if "index" not in batch:
             raise ValueError("index: missing from the batch; form=belief looks its labels up by it")
-        return self._labels(torch.as_tensor(batch["index"]))[name]
+        return self._labels(torch.as_tensor(batch["index"]))

@@ -19,7 +19,7 @@ from torch import Tensor
 from hv_policy.belief.boxes import BOX_DIM
 from hv_policy.belief.places import PLACES_DIM
 
-LABELS = {"places": PLACES_DIM}
+LABELS = {"places": PLACES_DIM, "object": 15, "half_extents": 3}
 LANDMARKS = "landmarks"
 """Column of names of things and spots and where they are; a dataset may come without it. JSON, for each frame
 [phrase, x, y, z, half extents 3, yaw] for things, phrase "" without words of its own, [phrase, x, y, z] for spots."""

@@ -9,10 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
+import torch.nn.functional as F
 from torch import Tensor, nn
 
 from hv_policy.belief.camera import RAY_DIM, pixel_rays, project, ray_features
 from hv_policy.belief.floor import FloorHead
+from hv_policy.belief.outline import OUTLINE_DIM, outline_of
 from hv_policy.belief.places import (
     GOAL,
     OBJECT,
@@ -33,6 +35,7 @@ NUM_POINTED = 4
 OBJECT_QUERY, GOAL_QUERY = 0, 1
 """The first two of them."""
 _BLUR, _POINTING_WEIGHT = 0.6, 0.15
+OUTLINE_WEIGHT = 0.3
 _TRUST_UNIT = 10.0
 """What the trust in pointing is counted in, so that it is learned faster than a weight."""
 
@@ -45,6 +48,7 @@ class Measurement:
     log_spread: Tensor  # (B, 21) logarithm of the deviation
     pointing: Tensor  # (B, NUM_POINTED, 1 + T) log-probabilities: not in the picture, or in this part of it
     spots: Tensor  # (B, J, 1 + T), the same for spots and things that were named by themselves
+    outline: Tensor  # (B, 5) of the object, `hv_policy.belief.outline`
 
 
 @dataclass
@@ -102,6 +106,7 @@ class Perception(nn.Module):
             nn.GELU(),
         )
         self.measure = nn.Linear(size.hidden, 2 * PLACES_DIM)
+        self.outline = nn.Linear(size.hidden, OUTLINE_DIM)
         self.on_floor = nn.Linear(dim, 1)
         self.trust = nn.Parameter(torch.zeros(NUM_POINTED))
         self.floor = FloorHead(dim, size.channels[0], size.dim)
@@ -148,7 +153,7 @@ class Perception(nn.Module):
         places, log_spread = self.measure(impression).chunk(2, -1)
         places = places.index_add(1, self.points, self._pointed_at(queries, found).flatten(1))
         spread = log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD)
-        return Measurement(places, spread, pointing[:, :NUM_POINTED], pointing[:, own:])
+        return Measurement(places, spread, pointing[:, :NUM_POINTED], pointing[:, own:], self.outline(impression))
 
     def name(self, sight: Sight, words: Tensor, is_word: Tensor, which: Tensor) -> Tensor:
         """(B, T, 1 + J) logits of what each part of a picture shows: nothing of it, or one of J things.
@@ -188,6 +193,12 @@ def measurement_loss(seen: Measurement, places_h: Tensor) -> Tensor:
     # Laplace far from the middle, normal near it: a few places that cannot be known must not decide
     likely = torch.where(error < 2 * spread, 0.5 * (error / spread) ** 2, 2 * error / spread - 2) + seen.log_spread
     return (likely * spread.detach()).mean(1)
+
+
+def outline_loss(seen: Measurement, rotation_6d: Tensor, half_extents_m: Tensor) -> Tensor:
+    """(B,) how wrong the object's outline is, against how it is turned (B, 6) and its half extents (B, 3)."""
+    truth = outline_of(rotation_6d, half_extents_m)
+    return OUTLINE_WEIGHT * F.smooth_l1_loss(seen.outline, truth, reduction="none", beta=0.3).mean(1)
 
 
 def pointing_loss(seen: Measurement, state: Tensor, places_h: Tensor) -> Tensor:

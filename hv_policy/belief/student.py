@@ -27,6 +27,7 @@ from hv_policy.belief.perception import (
     Sight,
     measurement_loss,
     naming_error,
+    outline_loss,
     pointing_error,
     pointing_loss,
 )
@@ -88,7 +89,7 @@ class BeliefNetwork(nn.Module):
         state: Tensor,
         words: Tensor,
         is_word: Tensor,
-        places: Tensor,
+        known: dict[str, Tensor],
         landmarks: Landmarks | None = None,
         floor: tuple[Tensor, Tensor] | None = None,
     ) -> tuple[Tensor, dict[str, float]]:
@@ -96,13 +97,16 @@ class BeliefNetwork(nn.Module):
 
         Args:
             pictures, state, words, is_word: see `Perception`.
-            places: (B, 21) that were so; zeros where that is not known.
+            known: what was so: `places` (B, 21), zeros where nobody knew, and of the `object` (B, 15) and its
+                `half_extents` (B, 3) what `hv_sim.observations` says.
             landmarks: what else is to be seen.
             floor: (B, P) bool what is taken, (B,) bool whether that is known (`hv_policy.belief.floor_patch`).
         """
         shown = self.perception.look(pictures, state)
         seen, naming = self._seen(shown, state, words, is_word, landmarks)
+        places = known["places"]
         seeing, pointing = measurement_loss(seen, places), pointing_loss(seen, state, places)
+        outline = outline_loss(seen, known["object"][:, 3:9], known["half_extents"])
         free, wrongly = self._floor_loss(shown, state, floor)
         labelled = (places != 0).any(1)  # frames without labels hold zeros
         with torch.no_grad():
@@ -110,6 +114,7 @@ class BeliefNetwork(nn.Module):
             near = places[:, :2].norm(dim=-1) < 1.5
             figures = {
                 "seeing_loss": seeing.mean().item(),
+                "outline_loss": outline.mean().item(),
                 "floor_loss": free.mean().item(),
                 "floor_wrong": wrongly.item(),
                 "pointing_loss": pointing.mean().item(),
@@ -119,7 +124,7 @@ class BeliefNetwork(nn.Module):
                 "goal_error_m": _median(error[:, GOAL][:, :2].norm(dim=1)),
                 "stand_error_m": _median(error[:, PICK].norm(dim=1)),
             }
-        return (seeing + pointing + naming) * labelled + FLOOR_WEIGHT * free, figures
+        return (seeing + pointing + outline + naming) * labelled + FLOOR_WEIGHT * free, figures
 
     def _floor_loss(
         self, shown: Sight, state: Tensor, floor: tuple[Tensor, Tensor] | None
