@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from hv_policy.belief.outline import COMPASS_DIM, OUTLINE_DIM, turned_compass, turned_outline
 from hv_policy.belief.places import GROUPS, MIDDLE, OBJECT, PLACES_DIM, SPAN, from_frame, stretch, to_frame, turned
 from hv_policy.motor import embodiment
 from hv_policy.motor.embodiment import CONTROL_DT_S
@@ -52,6 +53,8 @@ class BeliefConfig:
         absent_share: and it is not in the picture as likely as that, then each look makes it less certain:
         absent_growth: its variance by this factor, and
         absent_m: by this deviation, m.
+        outline_looks: most that looks from before count against one more of the object's outline, from 0.7 m.
+        compass_looks: looks over which the directions of the walls are averaged.
     """
 
     look_every: int = 3
@@ -74,6 +77,8 @@ class BeliefConfig:
     absent_share: float = 0.8
     absent_growth: float = 1.3
     absent_m: float = 0.05
+    outline_looks: float = 6.0
+    compass_looks: float = 40.0
 
 
 class Belief:
@@ -87,18 +92,26 @@ class Belief:
         """(N, 21) in the frame of `pose`."""
         self.variance = torch.full((num, len(GROUPS)), UNKNOWN)
         """(N, 13) of each of `GROUPS`."""
+        self.outline = torch.zeros(num, OUTLINE_DIM)
+        """(N, 3) of the object (`hv_policy.belief.outline`), in the frame of `pose`."""
+        self.compass = torch.zeros(num, COMPASS_DIM)
+        """(N, 2) which way the walls run, in the same frame."""
+        self.outline_weight = torch.zeros(num)
+        """(N,) how much speaks for it."""
         self._velocity: Tensor | None = None
         self._hands: Tensor | None = None
 
     def forget(self, ids: Tensor) -> None:
         """Environments `ids` have something else to do: nothing is known of it yet."""
         self.variance[ids] = UNKNOWN
+        self.outline_weight[ids] = 0.0
 
     def doubt(self, ids: Tensor) -> None:
         """In environments `ids` (n,) the object was lost: it may be elsewhere."""
         rows = self.variance[ids]
         rows[:, _OF_OBJECT] = rows[:, _OF_OBJECT].clamp(min=self.config.doubt**2)
         self.variance[ids] = rows
+        self.outline_weight[ids] = 0.0
 
     def disbelieve(self, ids: Tensor, place: slice) -> None:
         """Environments `ids` (n,) looked where `place` (`OBJECT` or `GOAL`) should be, and it was not there."""
@@ -150,6 +163,20 @@ class Belief:
         certain = torch.maximum((1 - gain) * variance, torch.minimum(variance, noise / self.config.looks))
         self.places = self.places.index_copy(0, ids, places + gain[:, _GROUP_OF.to(gain.device)] * (seen - places))
         self.variance = self.variance.index_copy(0, ids, certain)
+
+    def measure_outline(self, ids: Tensor, outline_h: Tensor, weight: Tensor) -> None:
+        """Takes in what pictures of environments `ids` (n,) say of the object's outline (n, 3), heading frame, with
+        weights (n,): a running mean, in which what was seen long ago counts less and less."""
+        seen = turned_outline(outline_h, self.pose[ids, 2])
+        before = self.outline_weight[ids]
+        share = (weight / (before + weight).clamp(min=1e-6))[:, None]
+        self.outline[ids] = (1 - share) * self.outline[ids] + share * seen
+        self.outline_weight[ids] = (before + weight).clamp(max=self.config.outline_looks)
+
+    def measure_compass(self, ids: Tensor, compass_h: Tensor) -> None:
+        """Takes in which way the walls run in pictures of environments `ids` (n,), (n, 2), heading frame."""
+        seen = turned_compass(compass_h, self.pose[ids, 2])
+        self.compass[ids] += (seen - self.compass[ids]) / self.config.compass_looks
 
     def now(self) -> tuple[Tensor, Tensor]:
         """(N, 21) the places in the present heading frame, and (N, 21) the logarithm of their squashed deviation."""

@@ -25,6 +25,7 @@ from hv_policy.belief.perception import (
     NamedSpots,
     Perception,
     Sight,
+    compass_loss,
     measurement_loss,
     naming_error,
     outline_loss,
@@ -107,6 +108,9 @@ class BeliefNetwork(nn.Module):
         places = known["places"]
         seeing, pointing = measurement_loss(seen, places), pointing_loss(seen, state, places)
         outline = outline_loss(seen, known["object"][:, 3:9], known["half_extents"])
+        astray = torch.zeros_like(outline)
+        if landmarks is not None:
+            astray = compass_loss(seen, landmarks.boxes[..., 6].to(outline), landmarks.exists.to(outline.device))
         free, wrongly = self._floor_loss(shown, state, floor)
         labelled = (places != 0).any(1)  # frames without labels hold zeros
         with torch.no_grad():
@@ -115,6 +119,7 @@ class BeliefNetwork(nn.Module):
             figures = {
                 "seeing_loss": seeing.mean().item(),
                 "outline_loss": outline.mean().item(),
+                "compass_loss": astray.mean().item(),
                 "floor_loss": free.mean().item(),
                 "floor_wrong": wrongly.item(),
                 "pointing_loss": pointing.mean().item(),
@@ -124,7 +129,7 @@ class BeliefNetwork(nn.Module):
                 "goal_error_m": _median(error[:, GOAL][:, :2].norm(dim=1)),
                 "stand_error_m": _median(error[:, PICK].norm(dim=1)),
             }
-        return (seeing + pointing + outline + naming) * labelled + FLOOR_WEIGHT * free, figures
+        return (seeing + pointing + outline + naming) * labelled + FLOOR_WEIGHT * free + astray, figures
 
     def _floor_loss(
         self, shown: Sight, state: Tensor, floor: tuple[Tensor, Tensor] | None
@@ -354,6 +359,11 @@ class Following:
         told = ((-2 * seen.log_spread).exp() - known.to(places)).clamp(min=1e-4)
         self.belief.measure(ids, places, told.rsqrt() * stretch(places))
         self._miss(ids, seen, state)
+        distance = places[:, OBJECT][:, :2].norm(dim=-1)
+        in_view = 1 - seen.pointing[:, OBJECT_QUERY, 0].exp()
+        near = self.memory.phase[ids] <= Phase.REACH
+        self.belief.measure_outline(ids, seen.outline, near * in_view / (0.3 + distance) ** 2)
+        self.belief.measure_compass(ids, seen.compass)
         self._find_ways(perception, shown, ids, read_proprioception(state))
 
     def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:
@@ -367,7 +377,11 @@ class Following:
             logits = perception.floor(shown.tokens[one], shown.fine[one], own, there[None])[0]
             finder.floor.see(env, belief.pose[env], there, logits)
             look_at = self.vantage[env] if self.exploring_s[env] > 0 else None
-            finder.go_on(env, belief.pose[env], belief.places[env], int(self.memory.phase[env]), look_at)
+            phase = int(self.memory.phase[env])
+            shape = belief.outline[env], belief.compass[env]
+            known = finder.settle(env, belief.pose[env], belief.places[env], *shape, phase)
+            belief.places[env] = known
+            finder.go_on(env, belief.pose[env], known, phase, look_at)
 
     def _miss(self, ids: Tensor, seen: Measurement, state: Tensor) -> None:
         """What should be in the pictures of environments `ids`, and is not, is believed less.

@@ -11,7 +11,20 @@ import torch
 from torch import Tensor
 
 from hv_policy.belief.floor_map import FloorMap
-from hv_policy.belief.places import OBJECT, PICK, PICK_TURN, PLACE, PLACE_TURN, WAY_DIM
+from hv_policy.belief.outline import compass_yaw_rad, half_extent_m
+from hv_policy.belief.places import (
+    DEPTH,
+    GOAL,
+    MIDDLE,
+    OBJECT,
+    PICK,
+    PICK_TURN,
+    PLACE,
+    PLACE_TURN,
+    SPAN,
+    WAY_DIM,
+)
+from hv_policy.belief.stands import choose_stand
 from hv_policy.belief.ways import Way, Window, place_to_look_from, room_here, step_back, way_to, way_to_stand
 from hv_policy.decision.view import Phase
 
@@ -43,6 +56,8 @@ class Wayfinder:
         self._stands = np.zeros((num, 3))
         self._ages = [0] * num
         self._back_to = np.zeros((num, 3))
+        self._facings: list[float | None] = [None] * num
+        self._placings: list[float | None] = [None] * num
         self._looked_from: list[list[np.ndarray]] = [[] for _ in range(num)]
 
     def copy(self) -> Wayfinder:
@@ -53,6 +68,7 @@ class Wayfinder:
         """Environment `env` has something else to do; the floor is still the same."""
         self._legs[env] = self._paths[env] = None
         self._looked_from[env] = []
+        self._facings[env] = self._placings[env] = None
 
     def place_to_look_from(self, env: int, pose: Tensor, reach_m: float) -> Tensor:
         """(2,) where environment `env` goes next, having looked all round at `pose` (3,) in vain."""
@@ -99,6 +115,50 @@ class Wayfinder:
             may_back = is_last
         row = np.concatenate([waypoint, away, [clearance, is_last, may_back, is_last]])
         self.way[env] = torch.from_numpy(row).float()
+
+    def settle(self, env: int, pose: Tensor, places: Tensor, outline: Tensor, compass: Tensor, phase: int) -> Tensor:
+        """(21,) the places that are believed, in which where to stand and how to hold the object follow from where
+        things are and what the map says.
+
+        Args:
+            env, pose, places, phase: as in `go_on`.
+            outline, compass: (3,) of the object, (2,) of the room, frame of odometry (`hv_policy.belief.outline`).
+        """
+        settled = places.clone()
+        robot, evidence = pose.double().numpy(), self.floor.evidence[env].numpy()
+        if phase <= Phase.REACH:
+            yaws = compass_yaw_rad(compass[None]) + torch.arange(4) * torch.pi / 2
+            sides = outline.expand(4, -1)
+            depths, widths = 2 * half_extent_m(sides, yaws), 2 * half_extent_m(sides, yaws + torch.pi / 2)
+            hint = float(torch.atan2(*places[PICK_TURN].flip(0)))
+            before = self._facings[env]
+            if phase >= Phase.ALIGN and before is not None:  # no other side any more
+                keep = int((yaws - before).cos().argmax())
+                yaws, depths, widths = yaws[keep : keep + 1], depths[keep : keep + 1], widths[keep : keep + 1]
+            at = places[OBJECT].double().numpy()
+            extents = yaws.double().numpy(), depths.numpy(), widths.numpy()
+            stand, chosen = choose_stand(evidence, robot[:2], at, *extents, hint, before)
+            self._facings[env] = float(stand[2])
+            settled[PICK] = torch.from_numpy(stand[:2]).float()
+            settled[PICK_TURN] = torch.tensor([np.cos(stand[2]), np.sin(stand[2])]).float()
+            left = torch.tensor([-np.sin(stand[2]), np.cos(stand[2])]).float()
+            settled[SPAN] = torch.cat([widths[chosen] / 2 * left, torch.zeros(1)])
+            settled[MIDDLE][:2] = 0.0
+            settled[DEPTH] = depths[chosen]
+        placing = self._placings[env]
+        if Phase.LIFT <= phase <= Phase.CARRY:
+            facings = np.linspace(0.0, 2 * np.pi, 16, endpoint=False)
+            hint = float(torch.atan2(*places[PLACE_TURN].flip(0)))
+        elif placing is not None and phase <= Phase.LOWER:
+            facings, hint = np.array([placing]), placing
+        else:
+            return settled
+        goal, none = places[GOAL].double().numpy(), np.zeros(len(facings))
+        stand, _ = choose_stand(evidence, robot[:2], goal, facings, none + float(places[DEPTH]), none, hint, placing)
+        self._placings[env] = float(stand[2])
+        settled[PLACE] = torch.from_numpy(stand[:2]).float()
+        settled[PLACE_TURN] = torch.tensor([np.cos(stand[2]), np.sin(stand[2])]).float()
+        return settled
 
     def _leg(self, env: int, phase: int, robot: np.ndarray, evidence: np.ndarray, looks: bool) -> Leg:
         """Which leg comes now; having lifted something, the robot first walks straight back to where it has room."""
