@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from hv_policy.belief.outline import COMPASS_DIM, OUTLINE_DIM, turned_compass, turned_outline
+from hv_policy.belief.outline import COMPASS_DIM, OUTLINE_DIM, compass_yaw_rad, turned_compass, turned_outline
 from hv_policy.belief.places import GROUPS, MIDDLE, OBJECT, PLACES_DIM, SPAN, from_frame, stretch, to_frame, turned
 from hv_policy.motor import embodiment
 from hv_policy.motor.embodiment import CONTROL_DT_S
@@ -54,7 +54,9 @@ class BeliefConfig:
         absent_growth: its variance by this factor, and
         absent_m: by this deviation, m.
         outline_looks: most that looks from before count against one more of the object's outline, from 0.7 m.
-        compass_looks: looks over which the directions of the walls are averaged.
+        compass_looks: looks that tell where the walls are; after them
+        compass_gain: is the share of a look's difference by which the heading is corrected, if edges agree by at least
+        compass_agrees: (0..1).
     """
 
     look_every: int = 3
@@ -78,7 +80,9 @@ class BeliefConfig:
     absent_growth: float = 1.3
     absent_m: float = 0.05
     outline_looks: float = 6.0
-    compass_looks: float = 40.0
+    compass_looks: int = 10
+    compass_agrees: float = 0.3
+    compass_gain: float = 0.1
 
 
 class Belief:
@@ -96,6 +100,8 @@ class Belief:
         """(N, 3) of the object (`hv_policy.belief.outline`), in the frame of `pose`."""
         self.compass = torch.zeros(num, COMPASS_DIM)
         """(N, 2) which way the walls run, in the same frame."""
+        self.compass_looks = torch.zeros(num)
+        """(N,) looks that it rests on."""
         self.outline_weight = torch.zeros(num)
         """(N,) how much speaks for it."""
         self._velocity: Tensor | None = None
@@ -174,9 +180,16 @@ class Belief:
         self.outline_weight[ids] = (before + weight).clamp(max=self.config.outline_looks)
 
     def measure_compass(self, ids: Tensor, compass_h: Tensor) -> None:
-        """Takes in which way the walls run in pictures of environments `ids` (n,), (n, 2), heading frame."""
-        seen = turned_compass(compass_h, self.pose[ids, 2])
-        self.compass[ids] += (seen - self.compass[ids]) / self.config.compass_looks
+        """Takes in which way the walls run in pictures of environments `ids` (n,), (n, 2), heading frame: the first
+        looks tell where they are, the later ones how far odometry has drifted."""
+        c, seen = self.config, turned_compass(compass_h, self.pose[ids, 2])
+        looks = self.compass_looks[ids]
+        astray = torch.atan2(*(turned_compass(seen, -compass_yaw_rad(self.compass[ids])).flip(1).unbind(1))) / 4
+        corrects = (looks >= c.compass_looks) & (seen.norm(dim=1) > c.compass_agrees)
+        self.pose[ids, 2] -= c.compass_gain * astray * corrects
+        share = (~(looks >= c.compass_looks) / (looks + 1))[:, None]
+        self.compass[ids] += share * (seen - self.compass[ids])
+        self.compass_looks[ids] = looks + 1
 
     def now(self) -> tuple[Tensor, Tensor]:
         """(N, 21) the places in the present heading frame, and (N, 21) the logarithm of their squashed deviation."""

@@ -1,8 +1,8 @@
 """The outline of an object on the floor and the directions of the walls, as numbers that are the same from every side.
 
 A box may be taken from four sides; which one is for the robot to choose (`hv_policy.belief.stands`), and a picture does
-not tell. How wide a thing is in each direction a picture does tell, and which way walls and furniture run, and with
-them nearly all that stands in a room.
+not tell. How wide a thing is in each direction a picture does tell, and which way walls and furniture run
+(`hv_policy.belief.compass`), and with them nearly all that stands in a room.
 """
 
 from __future__ import annotations
@@ -41,18 +41,6 @@ def half_extent_m(outline: Tensor, yaw_rad: Tensor) -> Tensor:
     c, s = yaw_rad.cos(), yaw_rad.sin()
     xx, xy, yy = outline.unbind(1)
     return ((c * c * xx + 2 * c * s * xy + s * s * yy) * _SPREAD_UNIT_M2).clamp(min=0.03**2).sqrt()
-
-
-def compass_of(yaws_rad: Tensor, exists: Tensor) -> Tensor:
-    """(B, 2) which way most of the things (B, T) run, the same for every quarter turn: mean cosine and sine of four
-    times their yaw, made a unit vector; zeros where there is none.
-
-    Args:
-        yaws_rad: (B, T).
-        exists: (B, T) bool.
-    """
-    vectors = torch.stack([(4 * yaws_rad).cos(), (4 * yaws_rad).sin()], -1) * exists[..., None]
-    return torch.nn.functional.normalize(vectors.sum(1), dim=-1)
 
 
 def turned_compass(compass: Tensor, angle_rad: Tensor) -> Tensor:

@@ -14,7 +14,7 @@ from torch import Tensor, nn
 
 from hv_policy.belief.camera import RAY_DIM, pixel_rays, project, ray_features
 from hv_policy.belief.floor import FloorHead
-from hv_policy.belief.outline import COMPASS_DIM, OUTLINE_DIM, compass_of, outline_of
+from hv_policy.belief.outline import OUTLINE_DIM, outline_of
 from hv_policy.belief.places import (
     GOAL,
     OBJECT,
@@ -35,7 +35,7 @@ NUM_POINTED = 4
 OBJECT_QUERY, GOAL_QUERY = 0, 1
 """The first two of them."""
 _BLUR, _POINTING_WEIGHT = 0.6, 0.15
-OUTLINE_WEIGHT, COMPASS_WEIGHT = 0.3, 0.5
+OUTLINE_WEIGHT = 0.3
 _TRUST_UNIT = 10.0
 """What the trust in pointing is counted in, so that it is learned faster than a weight."""
 
@@ -49,7 +49,6 @@ class Measurement:
     pointing: Tensor  # (B, NUM_POINTED, 1 + T) log-probabilities: not in the picture, or in this part of it
     spots: Tensor  # (B, J, 1 + T), the same for spots and things that were named by themselves
     outline: Tensor  # (B, 3) of the object, `hv_policy.belief.outline`
-    compass: Tensor  # (B, 2) which way the walls run
 
 
 @dataclass
@@ -108,7 +107,6 @@ class Perception(nn.Module):
         )
         self.measure = nn.Linear(size.hidden, 2 * PLACES_DIM)
         self.outline = nn.Linear(size.hidden, OUTLINE_DIM)
-        self.vote = nn.Sequential(nn.Linear(dim + RAY_DIM, dim), nn.GELU(), nn.Linear(dim, COMPASS_DIM + 1))
         self.on_floor = nn.Linear(dim, 1)
         self.trust = nn.Parameter(torch.zeros(NUM_POINTED))
         self.floor = FloorHead(dim, size.channels[0], size.dim)
@@ -155,13 +153,8 @@ class Perception(nn.Module):
         places, log_spread = self.measure(impression).chunk(2, -1)
         places = places.index_add(1, self.points, self._pointed_at(queries, found).flatten(1))
         spread = log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD)
-        outline, compass = self.outline(impression), self._compass(sight)
-        return Measurement(places, spread, pointing[:, :NUM_POINTED], pointing[:, own:], outline, compass)
-
-    def _compass(self, sight: Sight) -> Tensor:
-        """(B, 2): every part of the picture votes for a direction, by the edges that it shows and where it looks."""
-        vote, weight = self.vote(torch.cat([sight.tokens, sight.rays], -1)).split([COMPASS_DIM, 1], -1)
-        return (weight.softmax(1) * vote).sum(1)
+        pointed, spots_pointed = pointing[:, :NUM_POINTED], pointing[:, own:]
+        return Measurement(places, spread, pointed, spots_pointed, self.outline(impression))
 
     def name(self, sight: Sight, words: Tensor, is_word: Tensor, which: Tensor) -> Tensor:
         """(B, T, 1 + J) logits of what each part of a picture shows: nothing of it, or one of J things.
@@ -207,13 +200,6 @@ def outline_loss(seen: Measurement, rotation_6d: Tensor, half_extents_m: Tensor)
     """(B,) how wrong the object's outline is, against how it is turned (B, 6) and its half extents (B, 3)."""
     truth = outline_of(rotation_6d, half_extents_m)
     return OUTLINE_WEIGHT * F.smooth_l1_loss(seen.outline, truth, reduction="none", beta=0.3).mean(1)
-
-
-def compass_loss(seen: Measurement, yaws_rad: Tensor, exists: Tensor) -> Tensor:
-    """(B,) how wrong it is which way the walls run, against the yaws of the things (B, T) that `exists`."""
-    truth = compass_of(yaws_rad, exists)
-    wrong = F.smooth_l1_loss(seen.compass, truth, reduction="none", beta=0.3).mean(1)
-    return COMPASS_WEIGHT * wrong * exists.any(1)
 
 
 def pointing_loss(seen: Measurement, state: Tensor, places_h: Tensor) -> Tensor:

@@ -14,6 +14,7 @@ from torch import Tensor, nn
 from hv_policy.belief.belief import Belief, BeliefConfig
 from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.camera import project
+from hv_policy.belief.compass import compass
 from hv_policy.belief.floor import POINTS_A_PICTURE, floor_in_view, points_to_learn
 from hv_policy.belief.floor_map import points_to_look_at
 from hv_policy.belief.labels import Landmarks
@@ -25,7 +26,6 @@ from hv_policy.belief.perception import (
     NamedSpots,
     Perception,
     Sight,
-    compass_loss,
     measurement_loss,
     naming_error,
     outline_loss,
@@ -108,9 +108,6 @@ class BeliefNetwork(nn.Module):
         places = known["places"]
         seeing, pointing = measurement_loss(seen, places), pointing_loss(seen, state, places)
         outline = outline_loss(seen, known["object"][:, 3:9], known["half_extents"])
-        astray = torch.zeros_like(outline)
-        if landmarks is not None:
-            astray = compass_loss(seen, landmarks.boxes[..., 6].to(outline), landmarks.exists.to(outline.device))
         free, wrongly = self._floor_loss(shown, state, floor)
         labelled = (places != 0).any(1)  # frames without labels hold zeros
         with torch.no_grad():
@@ -119,7 +116,6 @@ class BeliefNetwork(nn.Module):
             figures = {
                 "seeing_loss": seeing.mean().item(),
                 "outline_loss": outline.mean().item(),
-                "compass_loss": astray.mean().item(),
                 "floor_loss": free.mean().item(),
                 "floor_wrong": wrongly.item(),
                 "pointing_loss": pointing.mean().item(),
@@ -129,7 +125,7 @@ class BeliefNetwork(nn.Module):
                 "goal_error_m": _median(error[:, GOAL][:, :2].norm(dim=1)),
                 "stand_error_m": _median(error[:, PICK].norm(dim=1)),
             }
-        return (seeing + pointing + outline + naming) * labelled + FLOOR_WEIGHT * free + astray, figures
+        return (seeing + pointing + outline + naming) * labelled + FLOOR_WEIGHT * free, figures
 
     def _floor_loss(
         self, shown: Sight, state: Tensor, floor: tuple[Tensor, Tensor] | None
@@ -353,6 +349,7 @@ class Following:
         """Takes in the pictures of environments `ids` (n,); all arguments are theirs."""
         shown = perception.look(pictures, state)
         seen = perception.judge(shown, words, is_word)
+        self.belief.measure_compass(ids, compass(pictures, read_proprioception(state)))
         places = unsquash(seen.places)
         # what the network knows without looking must not count anew with every picture
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
@@ -363,7 +360,6 @@ class Following:
         in_view = 1 - seen.pointing[:, OBJECT_QUERY, 0].exp()
         near = self.memory.phase[ids] <= Phase.REACH
         self.belief.measure_outline(ids, seen.outline, near * in_view / (0.3 + distance) ** 2)
-        self.belief.measure_compass(ids, seen.compass)
         self._find_ways(perception, shown, ids, read_proprioception(state))
 
     def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:

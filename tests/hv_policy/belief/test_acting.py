@@ -59,9 +59,11 @@ def labelled(count: int, generator: torch.Generator, state: torch.Tensor) -> dic
     pictures[left == 0, :, 24:40, 44:60] += 0.7
     places = torch.zeros(count, 21)
     places[:, 0], places[:, 1] = 1.0, left * 2.0 - 1
-    assert {"places": 21} == LABELS
+    assert {"places": 21, "object": 15, "half_extents": 3} == LABELS
     batch = {HEAD: pictures, STATE: state.expand(count, -1), "task": TASKS[:1] * count}
-    return batch | {"privileged.places": places}
+    upright = torch.tensor([0.0] * 3 + [1.0, 0, 0, 0, 1.0, 0] + [0.0] * 6)
+    known = {"places": places, "object": upright.expand(count, -1), "half_extents": torch.full((count, 3), 0.15)}
+    return batch | {f"privileged.{name}": values for name, values in known.items()}
 
 
 def test_learns_where_an_object_is_and_how_sure_that_is(states):

@@ -96,3 +96,34 @@ def test_forgetting_and_doubting_concern_the_environments_named():
     assert belief.variance[1, 0] > 0.4
     assert belief.variance[1, 2] < 0.01  # the goal is where it was
     assert (belief.variance[2] < 0.01).all()
+
+
+def test_outline_and_walls_stay_where_they_are_while_the_robot_turns():
+    belief, one = Belief(1, BeliefConfig()), torch.tensor([0])
+    wide_ahead, along_the_walls = torch.tensor([[0.9, 0.0, 0.1]]), torch.tensor([[1.0, 0.0]])
+    belief.measure_outline(one, wide_ahead, torch.ones(1))
+    belief.measure_compass(one, along_the_walls)
+    belief.pose[0, 2] = math.pi / 2
+    belief.measure_outline(one, torch.tensor([[0.1, 0.0, 0.9]]), torch.ones(1))  # the same from another side
+    torch.testing.assert_close(belief.outline, wide_ahead, atol=1e-5, rtol=0)
+    belief.measure_compass(one, along_the_walls)
+    torch.testing.assert_close(belief.compass, along_the_walls, atol=1e-5, rtol=0)
+    belief.forget(one)
+    assert belief.outline_weight[0] == 0
+    belief.measure_outline(one, wide_ahead, torch.ones(1))  # another thing, at once
+    torch.testing.assert_close(belief.outline, torch.tensor([[0.1, 0.0, 0.9]]), atol=1e-5, rtol=0)
+
+
+def test_walls_that_seem_to_turn_are_drift_of_odometry():
+    belief, one = Belief(1), torch.tensor([0])
+    walls = torch.tensor([[math.cos(0.8), math.sin(0.8)]])
+    for _ in range(10):
+        belief.measure_compass(one, walls)
+    belief.pose[0, 2] = math.pi / 2 + 0.1  # it turned by a quarter, and counted too much
+    for _ in range(60):
+        belief.measure_compass(one, walls)
+    assert abs(float(belief.pose[0, 2]) - math.pi / 2) < 0.005
+    torch.testing.assert_close(belief.compass, walls)
+    belief.pose[0, 2] += 0.1
+    belief.measure_compass(one, 0.1 * walls)  # edges that do not agree tell nothing
+    assert abs(float(belief.pose[0, 2]) - math.pi / 2 - 0.1) < 0.005

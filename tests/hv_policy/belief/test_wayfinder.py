@@ -2,7 +2,19 @@ import math
 
 import torch
 
-from hv_policy.belief.places import IS_LAST, LEG_IS_DONE, MAY_BACK, PICK, PLACE, WAYPOINT
+from hv_policy.belief.places import (
+    DEPTH,
+    GOAL,
+    IS_LAST,
+    LEG_IS_DONE,
+    MAY_BACK,
+    OBJECT,
+    PICK,
+    PICK_TURN,
+    PLACE,
+    SPAN,
+    WAYPOINT,
+)
 from hv_policy.belief.wayfinder import Leg, Wayfinder
 from hv_policy.decision.view import Phase
 
@@ -63,6 +75,26 @@ def test_a_path_is_kept_until_it_is_old_or_its_end_has_moved():
     for _ in range(5):
         finder.go_on(0, pose(0.1, 0), places((2.0, 0.5)), Phase.APPROACH, None)
     assert finder._paths[0] is not second
+
+
+def test_stands_follow_from_where_things_are_and_a_side_is_kept_once_it_is_faced():
+    finder, known = Wayfinder(1), places((9.0, 9.0), (9.0, 9.0))
+    finder.floor.evidence[:] = -4.0
+    known[OBJECT], known[GOAL] = torch.tensor([2.0, 0.0, 0.9]), torch.tensor([0.0, 3.0, 0.9])
+    known[14:16] = torch.tensor([0.9, 0.1])
+    square, compass = torch.tensor([0.45, 0.0, 0.45]), torch.tensor([1.0, 0.0])  # 0.3 m wide, as the walls run
+    settled = finder.settle(0, pose(0, 0.3), known, square, compass, Phase.APPROACH)
+    torch.testing.assert_close(settled[PICK], torch.tensor([1.65, 0.0]), atol=1e-4, rtol=0)
+    torch.testing.assert_close(settled[PICK_TURN], torch.tensor([1.0, 0.0]), atol=1e-4, rtol=0)
+    torch.testing.assert_close(settled[SPAN], torch.tensor([0.0, 0.15, 0.0]), atol=1e-4, rtol=0)
+    torch.testing.assert_close(settled[DEPTH], torch.tensor([0.3]), atol=1e-4, rtol=0)
+    assert torch.equal(settled[PLACE], known[PLACE])
+    later = finder.settle(0, pose(2.1, -0.9), known, square, compass, Phase.ALIGN)
+    torch.testing.assert_close(later[PICK_TURN], torch.tensor([1.0, 0.0]), atol=1e-4, rtol=0)
+    carried = finder.settle(0, pose(0.0, 0.0), settled, square, compass, Phase.CARRY)
+    assert abs(float((carried[PLACE] - known[GOAL][:2]).norm()) - 0.35) < 1e-3
+    assert carried[PLACE][1] < 3.0
+    assert torch.equal(carried[PICK], settled[PICK])
 
 
 def test_a_copy_goes_its_own_way():

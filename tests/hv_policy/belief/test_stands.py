@@ -1,0 +1,56 @@
+import numpy as np
+
+from hv_policy.belief.floor_map import CELL_M, CELLS, ORIGIN_M
+from hv_policy.belief.stands import choose_stand, stand_distance_m
+from hv_sim.navigation import stand_distance_m as known_distance_m
+
+YAWS = np.arange(4) * np.pi / 2
+MIDDLES = ORIGIN_M + (np.arange(CELLS) + 0.5) * CELL_M
+
+
+def floor_with(taken: np.ndarray) -> np.ndarray:
+    return np.where(taken, 4.0, -4.0)
+
+
+def along(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return x[:, None] & y[None]
+
+
+def choose(evidence, robot, at, depth=0.3, width=0.3, hint=None, before=None):
+    depths, widths = np.broadcast_to(depth, 4), np.broadcast_to(width, 4)
+    return choose_stand(evidence, np.array(robot), np.array(at), YAWS, depths, widths, hint, before)
+
+
+def test_distances_are_those_of_the_routes():
+    for depth in (0.1, 0.3, 0.5):
+        assert stand_distance_m(depth, False) == known_distance_m(depth, 0.7)
+        assert stand_distance_m(depth, True) == known_distance_m(depth, 0.0)
+
+
+def test_the_nearest_side_is_taken_facing_the_thing():
+    stand, number = choose(floor_with(np.zeros((CELLS, CELLS), bool)), [-2.0, 0.2], [0.0, 0.0, 0.9])
+    assert number == 0
+    np.testing.assert_allclose(stand, [-0.35, 0.0, 0.0], atol=1e-9)
+
+
+def test_a_side_at_a_wall_is_not_taken():
+    wall = along((MIDDLES < -0.3) & (MIDDLES > -0.8), np.abs(MIDDLES) < 2)
+    stand, number = choose(floor_with(wall), [-2.0, 0.2], [0.0, 0.0, 0.9])
+    assert number in (1, 3)
+    assert abs(stand[0]) < 0.01
+
+
+def test_a_table_edge_keeps_the_robot_back():
+    table = along(np.abs(MIDDLES) < 0.3, np.abs(MIDDLES) < 0.6)
+    stand, number = choose(floor_with(table), [-2.0, 0.0], [-0.1, 0.0, 0.9])
+    assert number == 0
+    assert -0.63 < stand[0] < -0.44
+
+
+def test_what_is_too_wide_that_way_is_taken_from_another_side_and_choices_are_kept():
+    free = floor_with(np.zeros((CELLS, CELLS), bool))
+    at = [0.0, 0.0, 0.9]
+    assert choose(free, [-2.0, 0.2], at, width=np.array([0.7, 0.3, 0.7, 0.3]))[1] in (1, 3)
+    assert choose(free, [-1.0, -0.9], at)[1] == 0
+    assert choose(free, [-1.0, -0.9], at, before=np.pi / 2)[1] == 1
+    assert choose(free, [-1.0, -0.9], at, hint=np.pi / 2)[1] == 1
