@@ -95,13 +95,15 @@ class CorrectedStudent:
         following.hear(instructions)
         state = world.observe().proprioception
         before = following.memory.clone()
-        decided = self._decide(world, following, state, instructions)  # its odometry is up to date from here on
+        assert self._camera is not None, "a student that sees needs see_through(camera)"
+        # its odometry is up to date from here on
+        decided = see_and_decide(self.student, following, world, self._camera, state)
         intent, targets = self._corrections(world, following, before, senses, state)
         if self._beta > 0:
             leads = teacher_leads(world.episode_seed, world.episode_step.tolist(), self._beta)
             decided = torch.where(leads[:, None], intent, decided)
             senses.memory.tick()
-            following.memory = _moved(senses.memory, _true_pose(world), following.belief.pose).where(
+            following.memory = _moved(senses.memory, true_pose(world), following.belief.pose).where(
                 leads, following.memory
             )
         self.executed = following.prior(state, decided)
@@ -112,7 +114,7 @@ class CorrectedStudent:
         self, world: RearrangeWorld, following: Following, before: TaskMemory, senses: TeacherSenses, state: Tensor
     ) -> tuple[Tensor, Tensor]:
         """What the teacher would do now, with the memory that the student had `before` it decided, and its gait."""
-        memory = _moved(before, following.belief.pose, _true_pose(world))
+        memory = _moved(before, following.belief.pose, true_pose(world))
         senses.memory = memory.clone()
         seen = senses.look(world)
         senses.memory = memory  # a new route does not change what the student remembers
@@ -124,17 +126,18 @@ class CorrectedStudent:
         intent = self.teacher.networks[0].from_units(decided.action)
         return intent, following.copied_prior()(state, intent)
 
-    def _decide(self, world: RearrangeWorld, following: Following, state: Tensor, instructions: list[str]) -> Tensor:
-        """(N, 14) the student's intents."""
-        assert self._camera is not None, "a student that sees needs see_through(camera)"
-        looks = following.looks
-        size = self.student.config.image_size
-        pictures = torch.zeros(len(looks), 3, size, size)
-        for row, env in enumerate(looks.tolist()):
-            if not bool(world.done[env]):
-                pictures[row] = torch.from_numpy(self._camera.picture(env)).permute(2, 0, 1).float() / 255
-        words, is_word = self.student.reader.recall(instructions)
-        return following.decide(self.student.network, pictures, state, words, is_word)
+
+def see_and_decide(
+    student: BeliefStudent, following: Following, world: RearrangeWorld, camera: StepCamera, state: Tensor
+) -> Tensor:
+    """(N, 14) a student's intents in a world that it sees through a camera, from proprioceptions (N, 223)."""
+    looks, size = following.looks, student.config.image_size
+    pictures = torch.zeros(len(looks), 3, size, size)
+    for row, env in enumerate(looks.tolist()):
+        if not bool(world.done[env]):
+            pictures[row] = torch.from_numpy(camera.picture(env)).permute(2, 0, 1).float() / 255
+    words, is_word = student.reader.recall(following.instructions)
+    return following.decide(student.network, pictures, state, words, is_word)
 
 
 def teacher_leads(seeds: Sequence[int | None], steps: Sequence[int], beta: float) -> Tensor:
@@ -144,7 +147,7 @@ def teacher_leads(seeds: Sequence[int | None], steps: Sequence[int], beta: float
     return torch.tensor(drawn)
 
 
-def _true_pose(world: RearrangeWorld) -> Tensor:
+def true_pose(world: RearrangeWorld) -> Tensor:
     """(N, 3) x, y, yaw of the robots in the world."""
     heading = world.heading
     yaw = torch.atan2(heading.sin, heading.cos)
