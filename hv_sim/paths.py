@@ -48,6 +48,14 @@ class OccupancyGrid:
         i, j = np.clip(index, 0, np.asarray(self.cells.shape) - 1)
         return int(i), int(j)
 
+    def is_taken(self, points_m: np.ndarray) -> np.ndarray:
+        """(P,) bool whether points (P, 2) lie in taken cells; what is beyond the grid is taken."""
+        index = np.floor((points_m - self.origin_m) / self.cell_m).astype(int)
+        inside = ((index >= 0) & (index < np.array(self.cells.shape))).all(-1)
+        taken = ~inside
+        taken[inside] = self.cells[index[inside, 0], index[inside, 1]]
+        return taken
+
     def centers_m(self) -> np.ndarray:
         """(X, Y, 2) world positions of the cells' centres."""
         axes = [self.origin_m[k] + (np.arange(self.cells.shape[k]) + 0.5) * self.cell_m for k in range(2)]

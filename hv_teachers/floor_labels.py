@@ -19,11 +19,7 @@ def world_floor(world: RearrangeWorld, env: int) -> str:
     ahead = rotation[:2, 0] / max(float(np.hypot(*rotation[:2, 0])), 1e-9)
     left = np.array([-ahead[1], ahead[0]])
     points = position[:2] + _POINTS_H[:, :1] * ahead + _POINTS_H[:, 1:] * left
-    grid = scene.occupancy
-    cell = np.floor((points - grid.origin_m) / grid.cell_m).astype(int)
-    inside = ((cell >= 0) & (cell < np.array(grid.cells.shape))).all(-1)
-    taken = ~inside
-    taken[inside] = grid.cells[cell[inside, 0], cell[inside, 1]]
+    taken = scene.occupancy.is_taken(points)
     for k, half in enumerate(scene.half_extents_m[: scene.num_objects]):
         turned = state.object_rot_w[env, k].double().numpy()
         middle = state.object_pos_w[env, k].double().numpy()

@@ -241,7 +241,9 @@ def _record(shard: _Shard) -> tuple[int, RecordingReport]:
     return len(shard.tasks), report
 
 
-def _join(root: Path, folder: Path, config: RecordingConfig, earlier: list[Attempt], report: RecordingReport) -> None:
+def _join(
+    root: Path, folder: Path, config: RecordingConfig, earlier: list[Attempt], report: RecordingReport
+) -> None:
     """Joins what is there and the finished shards to the dataset at `root`, checks it, and removes the shards."""
     finished = _take_stock(folder, config).found
     if not finished:

@@ -135,14 +135,10 @@ def _tell(following: Following, truth_h: Tensor, told: Sequence[str]) -> None:
 
 def _true_floor(world: RearrangeWorld, env: int, start: Tensor) -> Tensor:
     """(X, Y) evidence of a `FloorMap` that knows the walls and the furniture."""
-    grid = world.scenes[env].occupancy
     along = ORIGIN_M + (torch.arange(CELLS) + 0.5) * CELL_M
     points = torch.cartesian_prod(along, along)
     moved = turned(points, start[2:].cos()[None], start[2:].sin()[None]) + start[:2]
-    cell = np.floor((moved.double().numpy() - grid.origin_m) / grid.cell_m).astype(int)
-    inside = ((cell >= 0) & (cell < np.array(grid.cells.shape))).all(-1)
-    taken = ~inside
-    taken[inside] = grid.cells[cell[inside, 0], cell[inside, 1]]
+    taken = world.scenes[env].occupancy.is_taken(moved.double().numpy())
     return torch.where(torch.from_numpy(taken).view(CELLS, CELLS), 4.0, -4.0)
 
 

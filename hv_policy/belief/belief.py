@@ -185,9 +185,9 @@ class Belief:
         c, seen = self.config, turned_compass(compass_h, self.pose[ids, 2])
         looks = self.compass_looks[ids]
         astray = torch.atan2(*(turned_compass(seen, -compass_yaw_rad(self.compass[ids])).flip(1).unbind(1))) / 4
-        corrects = (looks >= c.compass_looks) & (seen.norm(dim=1) > c.compass_agrees)
-        self.pose[ids, 2] -= c.compass_gain * astray * corrects
-        share = (~(looks >= c.compass_looks) / (looks + 1))[:, None]
+        knows = looks >= c.compass_looks
+        self.pose[ids, 2] -= c.compass_gain * astray * (knows & (seen.norm(dim=1) > c.compass_agrees))
+        share = (~knows / (looks + 1))[:, None]
         self.compass[ids] += share * (seen - self.compass[ids])
         self.compass_looks[ids] = looks + 1
 

@@ -42,8 +42,7 @@ class FloorHead(nn.Module):
             body: of the robots.
             points_h: (B, P, 2) on the floor, heading frame, m.
         """
-        level = torch.cat([points_h, torch.zeros_like(points_h[..., :1])], -1)
-        at, _ = project(body, level)
+        at, _ = _in_picture(body, points_h)
         side = round(tokens.shape[1] ** 0.5)
         coarse = tokens.transpose(1, 2).unflatten(2, (side, side))
         read = [_sampled(features, at) for features in (coarse, fine)]
@@ -57,9 +56,8 @@ class FloorHead(nn.Module):
 
 def floor_in_view(body: BodyState, points_h: Tensor) -> Tensor:
     """(B, P) bool which points of the floor (B, P, 2) are in the picture, and neither too near nor too far."""
-    level = torch.cat([points_h, torch.zeros_like(points_h[..., :1])], -1)
     distance = points_h.norm(dim=-1)
-    return project(body, level)[1] & (distance > SEEN_FROM_M) & (distance < SEEN_TO_M)
+    return _in_picture(body, points_h)[1] & (distance > SEEN_FROM_M) & (distance < SEEN_TO_M)
 
 
 def points_to_learn(body: BodyState, count: int) -> tuple[Tensor, Tensor, Tensor]:
@@ -71,6 +69,11 @@ def points_to_learn(body: BodyState, count: int) -> tuple[Tensor, Tensor, Tensor
     score = -points.norm(dim=-1).log() - (-torch.rand_like(in_view.float()).log()).log()
     cells = score.masked_fill(~in_view, -torch.inf).topk(count, 1).indices
     return cells, points[cells], in_view.gather(1, cells)
+
+
+def _in_picture(body: BodyState, points_h: Tensor) -> tuple[Tensor, Tensor]:
+    """`project` of points of the floor (B, P, 2)."""
+    return project(body, torch.cat([points_h, torch.zeros_like(points_h[..., :1])], -1))
 
 
 def _sampled(features: Tensor, at: Tensor) -> Tensor:

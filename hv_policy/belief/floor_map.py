@@ -6,6 +6,8 @@ instructions. It holds logarithms of odds: pictures add to them (Moravec & Elfes
 
 from __future__ import annotations
 
+import functools
+
 import torch
 from torch import Tensor
 
@@ -23,6 +25,7 @@ _STANDING = torch.cartesian_prod(*2 * [torch.arange(-2, 3)])
 _STANDING = _STANDING[(_STANDING * CELL_M).float().norm(dim=-1) <= STANDING_M]
 
 
+@functools.cache
 def points_to_look_at() -> Tensor:
     """(P, 2) points of the floor about a map's cell apart, in front of and beside the robot, m, heading frame."""
     reach = torch.arange(-SEEN_TO_M + CELL_M / 2, SEEN_TO_M, CELL_M)

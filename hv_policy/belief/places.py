@@ -26,7 +26,6 @@ WAYPOINT, AWAY, CLEARANCE = slice(0, 2), slice(2, 4), slice(4, 5)
 IS_LAST, MAY_BACK, LEG_IS_DONE = 5, 6, 7
 """0 or 1: the waypoint is a stand; it may be reached walking backward; it is the last one of its leg."""
 WAY_DIM = 8
-FLAGS = [IS_LAST, MAY_BACK, LEG_IS_DONE]
 
 GROUPS = (
     slice(0, 2), slice(2, 3),  # object

@@ -347,9 +347,9 @@ class Following:
         self, perception: Perception, ids: Tensor, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor
     ) -> None:
         """Takes in the pictures of environments `ids` (n,); all arguments are theirs."""
-        shown = perception.look(pictures, state)
+        shown, body = perception.look(pictures, state), read_proprioception(state)
         seen = perception.judge(shown, words, is_word)
-        self.belief.measure_compass(ids, compass(pictures, read_proprioception(state)))
+        self.belief.measure_compass(ids, compass(pictures, body))
         places = unsquash(seen.places)
         # what the network knows without looking must not count anew with every picture
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
@@ -360,7 +360,7 @@ class Following:
         in_view = 1 - seen.pointing[:, OBJECT_QUERY, 0].exp()
         near = self.memory.phase[ids] <= Phase.REACH
         self.belief.measure_outline(ids, seen.outline, near * in_view / (0.3 + distance) ** 2)
-        self._find_ways(perception, shown, ids, read_proprioception(state))
+        self._find_ways(perception, shown, ids, body)
 
     def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:
         """Takes in which floor is free in the pictures of environments `ids` (n,), and finds their ways over it."""

@@ -139,8 +139,7 @@ class Wayfinder:
             extents = yaws.double().numpy(), depths.numpy(), widths.numpy()
             stand, chosen = choose_stand(evidence, robot[:2], at, *extents, hint, before)
             self._facings[env] = float(stand[2])
-            settled[PICK] = torch.from_numpy(stand[:2]).float()
-            settled[PICK_TURN] = torch.tensor([np.cos(stand[2]), np.sin(stand[2])]).float()
+            _put(settled, PICK, PICK_TURN, stand)
             left = torch.tensor([-np.sin(stand[2]), np.cos(stand[2])]).float()
             settled[SPAN] = torch.cat([widths[chosen] / 2 * left, torch.zeros(1)])
             settled[MIDDLE][:2] = 0.0
@@ -156,8 +155,7 @@ class Wayfinder:
         goal, none = places[GOAL].double().numpy(), np.zeros(len(facings))
         stand, _ = choose_stand(evidence, robot[:2], goal, facings, none + float(places[DEPTH]), none, hint, placing)
         self._placings[env] = float(stand[2])
-        settled[PLACE] = torch.from_numpy(stand[:2]).float()
-        settled[PLACE_TURN] = torch.tensor([np.cos(stand[2]), np.sin(stand[2])]).float()
+        _put(settled, PLACE, PLACE_TURN, stand)
         return settled
 
     def _leg(self, env: int, phase: int, robot: np.ndarray, evidence: np.ndarray, looks: bool) -> Leg:
@@ -193,3 +191,9 @@ class Wayfinder:
             path = way_to(evidence, xy, stand[:2]) if leg == Leg.TO_LOOK else way_to_stand(evidence, xy, stand, thing)
             self._paths[env], self._stands[env], self._ages[env] = path, stand, 0
         return path
+
+
+def _put(places: Tensor, at: slice, turn: slice, stand: np.ndarray) -> None:
+    """Writes a stand (3,) x, y, yaw into places (21,)."""
+    places[at] = torch.from_numpy(stand[:2]).float()
+    places[turn] = torch.tensor([np.cos(stand[2]), np.sin(stand[2])]).float()

@@ -1,6 +1,7 @@
 """The form `belief` as LeRobot sees it: trained from batches, acting step by step, saved and loaded."""
 
 import json
+from collections.abc import Callable
 from types import SimpleNamespace
 
 import pandas as pd
@@ -66,17 +67,23 @@ def labelled(count: int, generator: torch.Generator, state: torch.Tensor) -> dic
     return batch | {f"privileged.{name}": values for name, values in known.items()}
 
 
-def test_learns_where_an_object_is_and_how_sure_that_is(states):
-    policy = make_believer()
-    policy.train()
-    optimizer = torch.optim.AdamW(policy.get_optim_params(), lr=6e-4)
-    generator = torch.Generator().manual_seed(1)
-    for _ in range(160):
-        loss, figures = policy(labelled(32, generator, states[0][:1]))
+def taught(policy: HVPolicy, batch: Callable[[], dict], steps: int, lr: float) -> dict[str, float]:
+    """Trains on `steps` batches; returns the last one's figures."""
+    optimizer = torch.optim.AdamW(policy.get_optim_params(), lr=lr)
+    for _ in range(steps):
+        loss, figures = policy(batch())
         optimizer.zero_grad()
         loss.backward()
         torch.nn.utils.clip_grad_norm_(policy.parameters(), 5.0)
         optimizer.step()
+    return figures
+
+
+def test_learns_where_an_object_is_and_how_sure_that_is(states):
+    policy = make_believer()
+    policy.train()
+    generator = torch.Generator().manual_seed(1)
+    figures = taught(policy, lambda: labelled(32, generator, states[0][:1]), 160, 6e-4)
     policy.eval()
     assert isinstance(policy.network, BeliefNetwork)
     batch = labelled(64, generator, states[0][:1])
@@ -269,13 +276,7 @@ def test_floor_that_is_taken_is_learned_and_walked_round(states):
         taken = at[:, :, 0] < edge[:, None]
         return made | {HEAD: pictures, "privileged.floor": [write_patch(row.numpy()) for row in taken]}
 
-    optimizer = torch.optim.AdamW(policy.get_optim_params(), lr=1e-3)
-    for _ in range(80):
-        loss, figures = policy(batch(16))
-        optimizer.zero_grad()
-        loss.backward()
-        torch.nn.utils.clip_grad_norm_(policy.parameters(), 5.0)
-        optimizer.step()
+    figures = taught(policy, lambda: batch(16), 80, 1e-3)
     assert figures["floor_wrong"] < 0.1
     policy.eval()
     policy.reset()
@@ -348,13 +349,7 @@ def test_parts_of_pictures_learn_the_names_of_what_they_show(states):
             texts.append(json.dumps([[name, *box.tolist()] for name, box in zip(names, boxes, strict=True)]))
         return made | {HEAD: pictures, "privileged.landmarks": texts}
 
-    optimizer = torch.optim.AdamW(policy.get_optim_params(), lr=1e-3)
-    for _ in range(60):
-        loss, figures = policy(batch(16))
-        optimizer.zero_grad()
-        loss.backward()
-        torch.nn.utils.clip_grad_norm_(policy.parameters(), 5.0)
-        optimizer.step()
+    figures = taught(policy, lambda: batch(16), 60, 1e-3)
     # 0.3 of a log-likelihood that begins at about one, and 0.2 of one that begins at log(65) = 4.2 and cannot go below
     # the entropy of the blurred middle that it is to point at, 1.8
     assert figures["naming_loss"] < 0.3 * 0.1 + 0.2 * 1.9
