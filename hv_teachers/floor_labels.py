@@ -14,12 +14,17 @@ _POINTS_H = patch_points().double().numpy()
 
 def world_floor(world: RearrangeWorld, env: int) -> str:
     """`hv_policy.belief.floor_patch` of environment `env` in its present state; what is beyond the walls is taken."""
-    state, scene = world.state, world.scenes[env]
+    state = world.state
     rotation, position = state.link_rot_w[env, 0].double().numpy(), state.link_pos_w[env, 0].double().numpy()
     ahead = rotation[:2, 0] / max(float(np.hypot(*rotation[:2, 0])), 1e-9)
     left = np.array([-ahead[1], ahead[0]])
-    points = position[:2] + _POINTS_H[:, :1] * ahead + _POINTS_H[:, 1:] * left
-    taken = scene.occupancy.is_taken(points)
+    return write_patch(taken_floor(world, env, position[:2] + _POINTS_H[:, :1] * ahead + _POINTS_H[:, 1:] * left))
+
+
+def taken_floor(world: RearrangeWorld, env: int, points_w: np.ndarray) -> np.ndarray:
+    """(P,) bool which points (P, 2) of the floor of environment `env` are taken now."""
+    state, scene = world.state, world.scenes[env]
+    taken = scene.occupancy.is_taken(points_w)
     for k, half in enumerate(scene.half_extents_m[: scene.num_objects]):
         turned = state.object_rot_w[env, k].double().numpy()
         middle = state.object_pos_w[env, k].double().numpy()
@@ -27,6 +32,6 @@ def world_floor(world: RearrangeWorld, env: int) -> str:
             continue
         # the axis that stands most upright is left out: the thing's outline on the floor is the rectangle of the others
         level = [i for i in range(3) if i != int(np.abs(turned[2]).argmax())]
-        apart = (points - middle[:2]) @ turned[:2, level]
+        apart = (points_w - middle[:2]) @ turned[:2, level]
         taken |= (np.abs(apart) < half[level]).all(-1)
-    return write_patch(taken)
+    return taken

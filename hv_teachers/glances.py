@@ -8,11 +8,13 @@ and looking anywhere, and nothing is done. There are no actions to be learned fr
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from hv_policy.belief.stands import WIDEST_M
 from hv_policy.decision.memory import TaskMemory
 from hv_policy.motor.reference import standing_pose
 from hv_sim.humanoid import JOINT_NAMES, ROBOT_NQ
@@ -27,6 +29,9 @@ VIEWS_PER_PLACE = 3
 GAZE_YAW_RAD, GAZE_PITCH_RAD = (-0.7, 0.7), (-0.1, 0.9)
 _NECK_YAW, _NECK_PITCH = (7 + JOINT_NAMES.index(name) for name in ("neck_z", "neck_y"))
 _MOVED_SHARE, _MOVED_M = 0.3, 0.15
+_OTHER_SHARE = 0.2
+"""So often something else takes the place of the object and its goal in what follows: to be near a thing, and to look
+at it, must not mean that it is the one asked for."""
 _NEAR_SHARE, _NEAR_M = 0.5, 1.5
 """So often the robot stands near the object or its goal."""
 _FACING_SHARE, _FACING_RAD = 0.5, 0.9
@@ -35,6 +40,11 @@ _WORKING_SHARE = 0.5
 """So often it is bent and has its hands somewhere before it."""
 _HEIGHT_M, _PITCH_RAD = (0.5, 0.86), (0.0, 1.2)
 _HANDS_LOW_M, _HANDS_HIGH_M = (0.15, 0.05, 0.2), (0.55, 0.35, 1.2)
+_CARRYING_SHARE = 0.4
+"""So often, but not in the first view from a place, it holds the object before it, which hides much of the room."""
+_CARRIED_HEIGHT_M, _CARRIED_PITCH_RAD = (0.7, 0.84), (0.0, 0.3)
+_CARRIED_AHEAD_M, _CARRIED_AT_M = (0.2, 0.3), (0.8, 1.1)
+"""How far before the pelvis the object's near side is, and how high its middle."""
 
 
 def glance_around(
@@ -43,7 +53,7 @@ def glance_around(
     """Puts the robots of a world somewhere `glances` times, each time yielding the world and what is known there.
 
     Every sub-task has its turn, with the objects of those before it at their goals. A third of the time the objects
-    stand a few centimetres from where they should.
+    stand a few centimetres from where they should; in some views the robot has its object in its hands.
 
     Args:
         tasks: one for each environment.
@@ -59,8 +69,10 @@ def glance_around(
     for number in range(glances):
         if number % VIEWS_PER_PLACE == 0:
             places = [_place(world, env, rngs[env], free[env], number / glances) for env in everyone]
+        first = number % VIEWS_PER_PLACE == 0  # the routes begin where the object stands
         starts = [_turned(place, rng) for place, rng in zip(places, rngs, strict=True)]
-        world.show(_postured(starts, rngs), plan=number % VIEWS_PER_PLACE == 0)
+        carried = [None if first else _carried(world, env, rngs[env]) for env in everyone]
+        world.show(_postured(starts, carried, rngs), plan=first)
         routes.follow(world)
         view = routes.view(world)
         memory = TaskMemory.of(world.num_envs)
@@ -88,6 +100,8 @@ def _place(
     apart = np.linalg.norm(free[:, None] - objects[None, :, :2], axis=-1).min(1)
     far = free[apart > 0.4] if (apart > 0.4).any() else free
     aim = (objects[int(scene.subtask_object[subtask]), :2], scene.goal_pos_w[subtask][:2])[rng.integers(2)].copy()
+    if rng.uniform() < _OTHER_SHARE:
+        aim = objects[rng.integers(len(objects)), :2].copy() if rng.uniform() < 0.5 else far[rng.integers(len(far))]
     if rng.uniform() < _NEAR_SHARE:
         near = far[np.linalg.norm(far - aim, axis=-1) < _NEAR_M]
         far = near if len(near) else far
@@ -107,24 +121,59 @@ def _turned(place: tuple[np.ndarray, np.ndarray], rng: np.random.Generator) -> n
     return turned
 
 
-def _postured(states: Sequence[np.ndarray], rngs: Sequence[np.random.Generator]) -> list[np.ndarray]:
-    """(nq,) each: the same, some of them bent as if at work, so that a posture says nothing of where the object is."""
-    drawn = [
-        (rng.uniform(*_HEIGHT_M), rng.uniform(*_PITCH_RAD), rng.uniform(_HANDS_LOW_M, _HANDS_HIGH_M, (2, 3)))
-        for rng in rngs
-    ]
+@dataclass
+class _Carried:
+    """How a robot holds its object: heading frame."""
+
+    row: int  # of the scene's objects
+    at_m: np.ndarray  # (3,) its middle
+    yaw_rad: float
+    half_width_m: float  # between the hands
+    height_m: float  # of the pelvis
+    pitch_rad: float
+
+
+def _carried(world: RearrangeWorld, env: int, rng: np.random.Generator) -> _Carried | None:
+    """How environment `env` holds the object of its sub-task; mostly it does not, and never one that is too wide."""
+    scene = world.scenes[env]
+    row = int(scene.subtask_object[int(world.subtask_index[env])])
+    quarter = int(rng.integers(2))
+    depth, width = scene.half_extents_m[row, :2] if quarter == 0 else scene.half_extents_m[row, 1::-1]
+    at = np.array([rng.uniform(*_CARRIED_AHEAD_M) + depth, 0.0, rng.uniform(*_CARRIED_AT_M)])
+    yaw = quarter * np.pi / 2 + np.pi * int(rng.integers(2)) + rng.uniform(-0.1, 0.1)
+    held = _Carried(row, at, yaw, width, rng.uniform(*_CARRIED_HEIGHT_M), rng.uniform(*_CARRIED_PITCH_RAD))
+    return held if rng.uniform() < _CARRYING_SHARE and 2 * width < WIDEST_M else None
+
+
+def _postured(
+    states: Sequence[np.ndarray], carried: Sequence[_Carried | None], rngs: Sequence[np.random.Generator]
+) -> list[np.ndarray]:
+    """(nq,) each: the same, some of them with their object in their hands, some bent as if at work, so that a posture
+    says nothing of where the object is."""
+    drawn = []
+    for held, rng in zip(carried, rngs, strict=True):
+        works = (rng.uniform(*_HEIGHT_M), rng.uniform(*_PITCH_RAD), rng.uniform(_HANDS_LOW_M, _HANDS_HIGH_M, (2, 3)))
+        holds = None if held is None else np.tile([held.at_m[0], held.half_width_m, held.at_m[2]], (2, 1))
+        drawn.append(works if held is None else (held.height_m, held.pitch_rad, holds))
     height, pitch, hands = (torch.tensor(np.array(x), dtype=torch.float32) for x in zip(*drawn, strict=True))
     hands = hands * torch.tensor([[[1.0, -1.0, 1.0], [1.0, 1.0, 1.0]]])  # the right one is on the right
     joints, lean = (x.double().numpy() for x in standing_pose(height, pitch, hands))
     shown = []
-    for env, (state, rng) in enumerate(zip(states, rngs, strict=True)):
+    for env, (state, held, rng) in enumerate(zip(states, carried, rngs, strict=True)):
         state = state.copy()
-        if rng.uniform() < _WORKING_SHARE:
+        (w, _, _, z), c, s = state[3:7].copy(), np.cos(lean[env] / 2), np.sin(lean[env] / 2)
+        if held is not None:
+            cos, sin = w * w - z * z, 2 * w * z
+            thing = state[ROBOT_NQ + 7 * held.row :][:7]
+            x, y, thing[2] = held.at_m
+            thing[:2] = state[0] + cos * x - sin * y, state[1] + sin * x + cos * y
+            yaw = np.arctan2(sin, cos) + held.yaw_rad
+            thing[3:] = np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)
+        if rng.uniform() < _WORKING_SHARE or held is not None:
             neck = state[[_NECK_YAW, _NECK_PITCH]]
             state[7:ROBOT_NQ] = joints[env]
             state[[_NECK_YAW, _NECK_PITCH]] = neck
             state[2] = height[env]
-            (w, _, _, z), c, s = state[3:7], np.cos(lean[env] / 2), np.sin(lean[env] / 2)
             state[3:7] = w * c, -z * s, w * s, z * c  # turned about z, then leant about its own y
         shown.append(state)
     return shown

@@ -25,10 +25,11 @@ from hv_sim.rendering import StepCamera
 from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
 from hv_teachers.corrected_student import load_student, see_and_decide, true_pose
+from hv_teachers.floor_labels import taken_floor
 from hv_teachers.routes import RouteViews
 
 TOLD = ("object", "goal", "floor")
-"""What a student can be told: where the object is, where its goal is, which floor is taken by walls and furniture."""
+"""What a student can be told: where the object is, where its goal is, which floor is taken (not by the robot)."""
 _PLACES = {"object": OBJECT, "goal": GOAL, "stand": PICK, "place_stand": PLACE}
 _CERTAIN_M = 0.01
 _EVERY = 15
@@ -83,7 +84,7 @@ def diagnose(
     world.reset(seeds=[seed * 1000 + i for i in range(world.num_envs)])
     routes, start = RouteViews(world.num_envs), true_pose(world)
     following = Following.begin(student.network, world.instructions(), BeliefConfig())
-    floors = [_true_floor(world, env, start[env]) for env in range(world.num_envs)] if "floor" in told else []
+    floors: list[Tensor] = []
     result = Diagnosis([])
     errors: dict[str, list[list[float]]] = {}
     renderer = make_renderer("cpu", student.config.image_size, student.config.image_size)
@@ -95,6 +96,8 @@ def diagnose(
             routes.follow(world)
             truth = places_of(routes.view(world))
             _tell(following, truth, told)
+            if "floor" in told and step % _EVERY == 0:
+                floors = [_true_floor(world, env, start[env]) for env in range(world.num_envs)]
             for env, floor in enumerate(floors):
                 following.wayfinder.floor.evidence[env] = floor
             decided = see_and_decide(student, following, world, camera, state)
@@ -134,11 +137,11 @@ def _tell(following: Following, truth_h: Tensor, told: Sequence[str]) -> None:
 
 
 def _true_floor(world: RearrangeWorld, env: int, start: Tensor) -> Tensor:
-    """(X, Y) evidence of a `FloorMap` that knows the walls and the furniture."""
+    """(X, Y) evidence of a `FloorMap` that knows the walls, the furniture and the things on the floor."""
     along = ORIGIN_M + (torch.arange(CELLS) + 0.5) * CELL_M
     points = torch.cartesian_prod(along, along)
     moved = turned(points, start[2:].cos()[None], start[2:].sin()[None]) + start[:2]
-    taken = world.scenes[env].occupancy.is_taken(moved.double().numpy())
+    taken = taken_floor(world, env, moved.double().numpy())
     return torch.where(torch.from_numpy(taken).view(CELLS, CELLS), 4.0, -4.0)
 
 

@@ -35,6 +35,8 @@ class BeliefConfig:
         look_every: control steps from one picture that is looked at to the next.
         correlation: pictures that follow each other err alike: the variance of one counts so many times,
         looks: and however many there are of them, together they tell no more than so many that do not.
+        unseen: where a thing is out of the picture, its deviation counts this much more (times 1 + this): on views that
+            it was not trained with a network is that much more certain than it should be.
         drift: error of odometry, m for each m.
         searching: an object or goal is looked for by turning round if its squashed deviation is larger than this; far
             away that is the deviation as a share of the distance.
@@ -49,6 +51,7 @@ class BeliefConfig:
         unrest: deviation by which everything may change in one control step, m.
         doubt: deviation of an object that was lost, m.
         absent: where something should be in the picture, and this far from its edge at least (share of half its width),
+        absent_beyond_m: and not so near that the arms may hide it,
         absent_within_m: and so near at most,
         absent_share: and it is not in the picture as likely as that, then each look makes it less certain:
         absent_growth: its variance by this factor, and
@@ -62,7 +65,8 @@ class BeliefConfig:
     look_every: int = 3
     correlation: float = 3.0
     looks: float = 2.0
-    searching: float = 0.8
+    unseen: float = 1.5
+    searching: float = 0.35
     search_rad: float = 7.0
     explore_m: float = 1.5
     explore_s: float = 6.0
@@ -75,6 +79,7 @@ class BeliefConfig:
     unrest: float = 0.003
     doubt: float = 0.7
     absent: float = 0.2
+    absent_beyond_m: float = 0.6
     absent_within_m: float = 2.0
     absent_share: float = 0.8
     absent_growth: float = 1.3

@@ -6,9 +6,11 @@ walk), on a map that may be wrong. The side is the robot's own choice; asked for
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from hv_policy.belief.ways import UNSEEN, Window
+from hv_policy.belief.ways import UNSEEN, Reach
 
 LOW_M = 0.4
 """An object whose middle is lower stands on the floor: the robot squats, and stands farther back for that."""
@@ -18,9 +20,11 @@ RETREAT_M, RETREAT_CLEARANCE_M = 0.7, 0.25
 WIDEST_M = 0.52
 """Most between the hands."""
 _BACK_M = np.arange(0.0, 0.161, 0.04)
-_LACKING_COST, _WIDE_COST, _UNSEEN_COST, _HINT_COST, _CHANGE_COST = 20.0, 5.0, 1.0, 1.5, 0.7
+_LACKING_COST, _WIDE_COST, _UNSEEN_COST, _HINT_COST, _CHANGE_COST = 30.0, 5.0, 1.0, 1.5, 0.7
 """In metres of walking: a metre of missing room, an object too wide, a stand that was not seen yet, half a turn from
 what the network believes the side to be, and another side than before."""
+_FAR = 40.0
+"""No walk counts for more: the map may be wrong."""
 
 
 def stand_distance_m(depth_m: float, is_low: bool) -> float:
@@ -28,44 +32,62 @@ def stand_distance_m(depth_m: float, is_low: bool) -> float:
     return max(0.45, 0.27 + depth_m / 2) if is_low else max(0.34, 0.2 + depth_m / 2)
 
 
+@dataclass(frozen=True)
+class Stand:
+    """Where to stand before a place."""
+
+    xy_yaw: np.ndarray  # (3,)
+    number: int
+    """Which of the sides that there were to choose from."""
+    back_m: float
+    """How much farther back than it might be, for the room there."""
+
+    @property
+    def yaw_rad(self) -> float:
+        """Which way the robot faces."""
+        return float(self.xy_yaw[2])
+
+
 def choose_stand(
-    evidence: np.ndarray,
-    robot: np.ndarray,
+    reach: Reach,
     at: np.ndarray,
     yaws_rad: np.ndarray,
     depths_m: np.ndarray,
     widths_m: np.ndarray,
     hint_rad: float | None,
-    before_rad: float | None,
-) -> tuple[np.ndarray, int]:
-    """The best of C stands before a place: (3,) x, y, yaw, and its number.
+    before: Stand | None,
+    keeps: bool,
+) -> Stand:
+    """The best of C stands before a place.
 
     Args:
-        evidence: (X, Y) of a `FloorMap`.
-        robot: (2,) where the robot is.
+        reach: of the robot, around the place.
         at: (3,) the place.
         yaws_rad, depths_m, widths_m: (C,) which way the robot would face, and the object's extents along and across.
         hint_rad: yaw that is likely by itself.
-        before_rad: yaw that was chosen before.
+        before: what was chosen before.
+        keeps: whether it is as far back as that; a robot that aligns with a stand must not see it move to and fro.
     """
-    window = Window.around(evidence, np.stack([robot[:2], at[:2]]), 1.5)
-    best: tuple[float, np.ndarray, int] | None = None
+    window = reach.window
+    backs = np.array([before.back_m]) if keeps and before is not None else _BACK_M
+    best: tuple[float, Stand] | None = None
     for number, (yaw, depth, width) in enumerate(zip(yaws_rad, depths_m, widths_m, strict=True)):
         ahead = np.array([np.cos(yaw), np.sin(yaw)])
-        places = at[:2] - (stand_distance_m(float(depth), at[2] < LOW_M) + _BACK_M)[:, None] * ahead
+        places = at[:2] - (stand_distance_m(float(depth), at[2] < LOW_M) + backs)[:, None] * ahead
         enough = window.room(places) >= EASY_CLEARANCE_M
-        place = places[int(enough.argmax()) if enough.any() else 0]
+        chosen = int(enough.argmax()) if enough.any() else 0
+        place = places[chosen]
         behind = place - RETREAT_M * ahead
         lacking = 3 * max(0.0, STAND_CLEARANCE_M - float(window.room(place)))
         lacking += max(0.0, RETREAT_CLEARANCE_M - float(window.room(behind)))
-        cost = _LACKING_COST * lacking + float(np.linalg.norm(behind - robot[:2]))
+        cost = _LACKING_COST * lacking + min(float(reach.to(behind)), _FAR)
         cost += _WIDE_COST * (width > WIDEST_M)
         cost += _UNSEEN_COST * float(abs(window.evidence[window.cells(place)]) < UNSEEN)
         if hint_rad is not None:
             cost += _HINT_COST * (1 - np.cos(yaw - hint_rad)) / 2
-        if before_rad is not None:
-            cost += _CHANGE_COST * float(np.cos(yaw - before_rad) < np.cos(np.pi / 4))
+        if before is not None:
+            cost += _CHANGE_COST * float(np.cos(yaw - before.yaw_rad) < np.cos(np.pi / 4))
         if best is None or cost < best[0]:
-            best = float(cost), np.array([*place, yaw]), number
+            best = float(cost), Stand(np.array([*place, yaw]), number, float(backs[chosen]))
     assert best is not None
-    return best[1], best[2]
+    return best[1]

@@ -354,7 +354,7 @@ class Following:
         # what the network knows without looking must not count anew with every picture
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
         told = ((-2 * seen.log_spread).exp() - known.to(places)).clamp(min=1e-4)
-        self.belief.measure(ids, places, told.rsqrt() * stretch(places))
+        self.belief.measure(ids, places, told.rsqrt() * stretch(places) * self._doubtful(seen))
         self._miss(ids, seen, state)
         distance = places[:, OBJECT][:, :2].norm(dim=-1)
         in_view = 1 - seen.pointing[:, OBJECT_QUERY, 0].exp()
@@ -379,6 +379,14 @@ class Following:
             belief.places[env] = known
             finder.go_on(env, belief.pose[env], known, phase, look_at)
 
+    def _doubtful(self, seen: Measurement) -> Tensor:
+        """(n, 21) by how much more the places err than is said, because they are not in the picture."""
+        missing = seen.pointing[..., 0].exp() * self.belief.config.unseen
+        doubtful = torch.ones_like(seen.places)
+        for query, place in enumerate((OBJECT, GOAL)):
+            doubtful[:, place] += missing[:, query : query + 1]
+        return doubtful
+
     def _miss(self, ids: Tensor, seen: Measurement, state: Tensor) -> None:
         """What should be in the pictures of environments `ids`, and is not, is believed less.
 
@@ -391,7 +399,8 @@ class Following:
             at, visible = project(body, places_h[:, None, place])
             inside = visible[:, 0] & (at[:, 0].abs() < 1 - c.absent).all(-1)
             distance = places_h[:, place][:, :2].norm(dim=-1)
-            absent = inside & (distance < c.absent_within_m) & (seen.pointing[:, query, 0].exp() > c.absent_share)
+            is_near = (distance > c.absent_beyond_m) & (distance < c.absent_within_m)
+            absent = inside & is_near & (seen.pointing[:, query, 0].exp() > c.absent_share)
             missed = ids[(absent | (distance < c.inside_m)) & matters]
             if len(missed):
                 self.belief.disbelieve(missed, place)

@@ -24,13 +24,15 @@ from hv_policy.belief.places import (
     SPAN,
     WAY_DIM,
 )
-from hv_policy.belief.stands import choose_stand
-from hv_policy.belief.ways import Way, Window, place_to_look_from, room_here, step_back, way_to, way_to_stand
+from hv_policy.belief.stands import Stand, choose_stand
+from hv_policy.belief.ways import Reach, Way, Window, place_to_look_from, room_here, step_back, way_to, way_to_stand
 from hv_policy.decision.view import Phase
 
 LOOKS_A_PLAN = 5
 """A path is planned anew after so many looks, or when the stand that it leads to has moved by more than:"""
 MOVED_M, MOVED_RAD = 0.15, 0.4
+KEEP_OFF_M = 0.3
+"""Ways to an object do not lead nearer past it than this, when its sides are compared."""
 BACK_M = 0.12
 """Short of its end by this, the way back counts as done."""
 
@@ -56,9 +58,10 @@ class Wayfinder:
         self._stands = np.zeros((num, 3))
         self._ages = [0] * num
         self._back_to = np.zeros((num, 3))
-        self._facings: list[float | None] = [None] * num
-        self._placings: list[float | None] = [None] * num
+        self._picks: list[Stand | None] = [None] * num
+        self._places: list[Stand | None] = [None] * num
         self._looked_from: list[list[np.ndarray]] = [[] for _ in range(num)]
+        self._reaches: list[tuple[Reach, np.ndarray, int] | None] = [None] * num
 
     def copy(self) -> Wayfinder:
         """The same, sharing nothing that changes."""
@@ -68,7 +71,7 @@ class Wayfinder:
         """Environment `env` has something else to do; the floor is still the same."""
         self._legs[env] = self._paths[env] = None
         self._looked_from[env] = []
-        self._facings[env] = self._placings[env] = None
+        self._picks[env] = self._places[env] = self._reaches[env] = None
 
     def place_to_look_from(self, env: int, pose: Tensor, reach_m: float) -> Tensor:
         """(2,) where environment `env` goes next, having looked all round at `pose` (3,) in vain."""
@@ -131,32 +134,42 @@ class Wayfinder:
             sides = outline.expand(4, -1)
             depths, widths = 2 * half_extent_m(sides, yaws), 2 * half_extent_m(sides, yaws + torch.pi / 2)
             hint = float(torch.atan2(*places[PICK_TURN].flip(0)))
-            before = self._facings[env]
-            if phase >= Phase.ALIGN and before is not None:  # no other side any more
-                keep = int((yaws - before).cos().argmax())
+            before = self._picks[env]
+            aligns = phase >= Phase.ALIGN and before is not None
+            if aligns and before is not None:  # no other side any more
+                keep = int((yaws - before.yaw_rad).cos().argmax())
                 yaws, depths, widths = yaws[keep : keep + 1], depths[keep : keep + 1], widths[keep : keep + 1]
             at = places[OBJECT].double().numpy()
             extents = yaws.double().numpy(), depths.numpy(), widths.numpy()
-            stand, chosen = choose_stand(evidence, robot[:2], at, *extents, hint, before)
-            self._facings[env] = float(stand[2])
-            _put(settled, PICK, PICK_TURN, stand)
-            left = torch.tensor([-np.sin(stand[2]), np.cos(stand[2])]).float()
-            settled[SPAN] = torch.cat([widths[chosen] / 2 * left, torch.zeros(1)])
+            reach = self._reach(env, evidence, robot[:2], at[:2], KEEP_OFF_M)
+            pick = self._picks[env] = choose_stand(reach, at, *extents, hint, before, aligns)
+            _put(settled, PICK, PICK_TURN, pick.xy_yaw)
+            left = torch.tensor([-np.sin(pick.yaw_rad), np.cos(pick.yaw_rad)]).float()
+            settled[SPAN] = torch.cat([widths[pick.number] / 2 * left, torch.zeros(1)])
             settled[MIDDLE][:2] = 0.0
-            settled[DEPTH] = depths[chosen]
-        placing = self._placings[env]
+            settled[DEPTH] = depths[pick.number]
+        before = self._places[env]
         if Phase.LIFT <= phase <= Phase.CARRY:
-            facings = np.linspace(0.0, 2 * np.pi, 16, endpoint=False)
+            facings, aligns = np.linspace(0.0, 2 * np.pi, 16, endpoint=False), False
             hint = float(torch.atan2(*places[PLACE_TURN].flip(0)))
-        elif placing is not None and phase <= Phase.LOWER:
-            facings, hint = np.array([placing]), placing
+        elif before is not None and phase <= Phase.LOWER:
+            facings, hint, aligns = np.array([before.yaw_rad]), before.yaw_rad, True
         else:
             return settled
         goal, none = places[GOAL].double().numpy(), np.zeros(len(facings))
-        stand, _ = choose_stand(evidence, robot[:2], goal, facings, none + float(places[DEPTH]), none, hint, placing)
-        self._placings[env] = float(stand[2])
-        _put(settled, PLACE, PLACE_TURN, stand)
+        reach = self._reach(env, evidence, robot[:2], goal[:2], 0.0)
+        place = choose_stand(reach, goal, facings, none + float(places[DEPTH]), none, hint, before, aligns)
+        self._places[env] = place
+        _put(settled, PLACE, PLACE_TURN, place.xy_yaw)
         return settled
+
+    def _reach(self, env: int, evidence: np.ndarray, xy: np.ndarray, at: np.ndarray, keep_off_m: float) -> Reach:
+        """How far it is to what is around `at`, worked out anew where that is old or was for elsewhere."""
+        known = self._reaches[env]
+        if known is None or known[2] >= LOOKS_A_PLAN or np.linalg.norm(at - known[1]) > MOVED_M:
+            known = Reach.of(evidence, xy, at, keep_off_m), at, 0
+        self._reaches[env] = known[0], known[1], known[2] + 1
+        return known[0]
 
     def _leg(self, env: int, phase: int, robot: np.ndarray, evidence: np.ndarray, looks: bool) -> Leg:
         """Which leg comes now; having lifted something, the robot first walks straight back to where it has room."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from hv_policy.belief.floor_map import CELL_M, CELLS, ORIGIN_M
@@ -92,6 +92,27 @@ class Window:
         return cost
 
 
+@dataclass
+class Reach:
+    """What it costs to walk from one place to everywhere around."""
+
+    window: Window
+    cost: np.ndarray  # (X, Y), metres of easy walking
+
+    @staticmethod
+    def of(evidence: np.ndarray, xy: np.ndarray, at: np.ndarray, keep_off_m: float) -> Reach:
+        """From `xy` (2,) to what is around `at` (2,), off which one keeps by `keep_off_m`; `evidence` (X, Y) is a
+        `FloorMap`'s."""
+        window = Window.around(evidence, np.stack([xy, at]))
+        graph = _graph(window.cost(np.array([*at, keep_off_m])))
+        cost = dijkstra(graph, indices=_number(window, xy)).reshape(window.evidence.shape)
+        return Reach(window, cost)
+
+    def to(self, xy: np.ndarray) -> np.ndarray:
+        """(...) to points (..., 2)."""
+        return self.cost[self.window.cells(xy)]
+
+
 def way_to_stand(evidence: np.ndarray, xy: np.ndarray, stand: np.ndarray, thing_xy: np.ndarray | None) -> Way:
     """From `xy` (2,) to a stand (3,) x, y, yaw, the last part of it straight ahead.
 
@@ -155,7 +176,20 @@ def room_here(evidence: np.ndarray, xy: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def _shortest(window: Window, cost: np.ndarray, start: np.ndarray, goal: np.ndarray) -> np.ndarray:
-    """(W, 2) from start to goal along the cheapest cells (Dijkstra over 8 neighbours), smoothed."""
+    """(W, 2) from start to goal along the cheapest cells (Dijkstra), smoothed."""
+    first, last = (_number(window, xy) for xy in (start, goal))
+    _, before = dijkstra(_graph(cost), indices=first, return_predecessors=True)
+    path = [last]
+    while path[-1] != first:
+        path.append(int(before[path[-1]]))
+    cells = np.stack(np.unravel_index(path[::-1], cost.shape), -1)
+    points = window.corner + (cells + 0.5) * CELL_M
+    points = np.vstack([start, _smoothed(points), goal])
+    return _resampled(points)
+
+
+def _graph(cost: np.ndarray) -> csr_matrix:
+    """What it costs to go from each cell of (X, Y) costs of a metre to its 8 neighbours."""
     shape = cost.shape
     number = np.arange(cost.size).reshape(shape)
     sources, targets, weights = [], [], []
@@ -167,16 +201,13 @@ def _shortest(window: Window, cost: np.ndarray, start: np.ndarray, goal: np.ndar
         targets += [number[other].ravel(), number[one].ravel()]
         weights += [weight, weight]
     edges = (np.concatenate(weights), (np.concatenate(sources), np.concatenate(targets)))
-    graph = coo_matrix(edges, shape=(cost.size, cost.size)).tocsr()
-    first, last = (int(number[window.cells(xy)]) for xy in (start, goal))
-    _, before = dijkstra(graph, indices=first, return_predecessors=True)
-    path = [last]
-    while path[-1] != first:
-        path.append(int(before[path[-1]]))
-    cells = np.stack(np.unravel_index(path[::-1], shape), -1)
-    points = window.corner + (cells + 0.5) * CELL_M
-    points = np.vstack([start, _smoothed(points), goal])
-    return _resampled(points)
+    return coo_matrix(edges, shape=(cost.size, cost.size)).tocsr()
+
+
+def _number(window: Window, xy: np.ndarray) -> int:
+    """Of the cell of a point (2,), row by row."""
+    row, column = window.cells(xy)
+    return int(row * window.evidence.shape[1] + column)
 
 
 def _smoothed(points: np.ndarray, reach: int = 2) -> np.ndarray:

@@ -2,6 +2,7 @@ import numpy as np
 import torch
 
 from hv_policy.belief.places import GOAL, OBJECT
+from hv_policy.motor import embodiment
 from hv_sim.observations import Heading
 from hv_sim.suites import load_suite
 from hv_teachers.expert import PlannerExpert
@@ -33,6 +34,16 @@ def test_what_is_known_is_what_mujoco_says_from_many_free_places():
     assert np.std(turns) > 0.2
     assert indices == sorted(indices)
     assert set(indices) == {0, 1}
+
+
+def test_in_some_views_the_object_is_between_the_hands():
+    held = []
+    for number, (world, knowledge) in enumerate(glance_around(TASKS, [3, 4], 8 * VIEWS_PER_PLACE)):
+        hands = Heading.of(world.state).relative(world.state.link_pos_w[:, embodiment.HANDS])
+        apart = (hands.mean(1) - knowledge.places[:, OBJECT])[:, :2].norm(dim=1)
+        held += [(number % VIEWS_PER_PLACE == 0, bool(near)) for near in apart < 0.12]
+    assert 0.1 < np.mean([near for first, near in held if not first]) < 0.7
+    assert not any(near for first, near in held if first)
 
 
 def test_glances_follow_from_the_task_and_the_seed_alone():

@@ -9,13 +9,14 @@ import pytest
 import torch
 from policy_samples import HEAD, STATE, TASKS, make_config
 
+from hv_policy.belief.belief import BeliefConfig
 from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.camera import project
 from hv_policy.belief.floor_map import cells_of
 from hv_policy.belief.floor_patch import patch_points, write_patch
 from hv_policy.belief.labels import LABELS
-from hv_policy.belief.perception import OBJECT_QUERY, measurement_loss
-from hv_policy.belief.places import OBJECT, PICK, PLACE, to_frame
+from hv_policy.belief.perception import GOAL_QUERY, OBJECT_QUERY, measurement_loss
+from hv_policy.belief.places import GOAL, OBJECT, PICK, PLACE, to_frame
 from hv_policy.belief.student import BeliefNetwork
 from hv_policy.decision.view import Phase
 from hv_policy.modeling_hv import HVPolicy
@@ -305,9 +306,25 @@ def test_what_should_be_in_view_and_is_not_is_believed_less(states):
     assert following.belief.variance[0, 0] > before[0, 0] + 0.04**2
     assert following.belief.variance[1, 0] == before[1, 0]
     assert torch.equal(following.belief.variance[:, 2], before[:, 2])  # the goal's
+    near = to_frame(torch.tensor([[0.45, 0.0, 0.8] + [0.0] * 18] * 2), pose)[:, OBJECT]
+    following.belief.places[:, OBJECT], hidden = near, following.belief.variance.clone()
+    following._miss(ids, seen, state)  # the arms may be before it
+    assert torch.equal(following.belief.variance, hidden)
     following.belief.places[1, :2] = pose[1, :2] + 0.1  # inside the robot
     following._miss(ids, seen, state)
     assert following.belief.variance[1, 0] > before[1, 0] + 0.04**2
+
+
+def test_what_is_out_of_the_picture_is_told_less_firmly(states):
+    policy, frame = sure_believer(states)
+    following = policy.student.following
+    seen = policy.network.perception(frame[HEAD], frame[STATE], *policy.student.reader.recall(TASKS))
+    seen.pointing[:, OBJECT_QUERY, 0] = torch.tensor([0.0, -30.0])
+    seen.pointing[:, GOAL_QUERY, 0] = torch.tensor([-30.0, 0.0])
+    doubtful, more = following._doubtful(seen), 1 + BeliefConfig().unseen
+    torch.testing.assert_close(doubtful[:, OBJECT], torch.tensor([[more] * 3, [1.0] * 3]))
+    torch.testing.assert_close(doubtful[:, GOAL], torch.tensor([[1.0] * 3, [more] * 3]))
+    assert (doubtful[:, 6:] == 1).all()
 
 
 def test_who_gives_up_stands_up_bit_by_bit_before_it_walks(states):
