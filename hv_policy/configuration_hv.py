@@ -5,28 +5,7 @@ from dataclasses import dataclass, field
 from lerobot.configs import NormalizationMode, PreTrainedConfig
 from lerobot.optim import AdamWConfig, CosineDecayWithWarmupSchedulerConfig
 
-
-@dataclass(frozen=True)
-class PerceptionSize:
-    """Widths of `hv_policy.belief.perception.Perception`.
-
-    Attributes:
-        channels: at 1/4, 1/8 and 1/16 of the picture's size.
-        dim: width of the tokens.
-        heads: attention heads.
-        text_layers: transformer layers over the words.
-        fusion_layers: rounds of reading the words and looking at the picture.
-        queries: tokens that do the reading and looking.
-        hidden: width of the network that they end in.
-    """
-
-    channels: tuple[int, int, int] = (32, 48, 96)
-    dim: int = 96
-    heads: int = 4
-    text_layers: int = 2
-    fusion_layers: int = 2
-    queries: int = 8
-    hidden: int = 384
+from hv_policy.belief.perception_size import PERCEPTIONS, PerceptionSize
 
 
 @dataclass(frozen=True)
@@ -63,10 +42,6 @@ ARCHITECTURES: dict[str, Architecture] = {
 }
 
 
-PERCEPTIONS: dict[str, PerceptionSize] = {
-    "small": PerceptionSize(),
-    "base": PerceptionSize((64, 128, 256), 256, 8, 4, 4, 12, 1024),
-}
 FORMS = ("belief", "direct")
 
 
@@ -91,6 +66,8 @@ class HVConfig(PreTrainedConfig):
         max_words: words of an instruction that are read; longer ones are cut there.
         word_dropout: share of words shown as unknown in training, half of them without their spelling, so that what
             they mean to `hv_policy.word_features` is learned as well.
+        mirror_share: share of training pictures that are shown in a mirror, left for right in their instructions too.
+        recolour: show them in other colours and lights, each time anew (both for the form `belief`).
         min_std: smallest standard deviation that a state or action entry is divided by. Entries that hardly vary in
             the data (the root's own yaw is always 0 in its heading frame) would otherwise blow up noise.
         clip_state: normalised state entries are limited to this many standard deviations.
@@ -110,6 +87,8 @@ class HVConfig(PreTrainedConfig):
     max_vocabulary: int = 4096
     max_words: int = 48
     word_dropout: float = 0.25
+    mirror_share: float = 0.35
+    recolour: bool = True
     min_std: float = 0.02
     clip_state: float = 8.0
 
@@ -142,7 +121,7 @@ class HVConfig(PreTrainedConfig):
         for name, least in (("memory_frames", 0), ("memory_stride", 1), ("max_words", 1), ("max_vocabulary", 0)):
             if getattr(self, name) < least:
                 raise ValueError(f"{name}: {getattr(self, name)} is less than {least}")
-        for name in ("memory_dropout", "word_dropout"):
+        for name in ("memory_dropout", "word_dropout", "mirror_share"):
             if not 0 <= getattr(self, name) < 1:
                 raise ValueError(f"{name}: {getattr(self, name)} is not in [0, 1)")
         if self.min_std <= 0 or self.clip_state <= 0:

@@ -74,20 +74,30 @@ class TextEncoder(nn.Module):
         self.transformer = nn.TransformerEncoder(layer, layers, norm=nn.LayerNorm(dim), enable_nested_tensor=False)
 
     def forward(self, texts: Sequence[str]) -> tuple[Tensor, Tensor]:
-        words = [split_words(text)[: self.max_words] or [""] for text in texts]
-        numbers, buckets = self._tokenize(words)
+        words = self.words_of(texts)
+        numbers, buckets = self.tokenize(words)
+        meanings = nn.utils.rnn.pad_sequence([self.features.of(line) for line in words], batch_first=True)
+        return self.read(numbers, buckets, meanings)
+
+    def words_of(self, texts: Sequence[str]) -> list[list[str]]:
+        """The words that are read of each text."""
+        return [split_words(text)[: self.max_words] or [""] for text in texts]
+
+    def read(self, numbers: Tensor, buckets: Tensor, meanings: Tensor) -> tuple[Tensor, Tensor]:
+        """As `forward`, of texts that were looked up before: word numbers (T, L) and trigram rows (T, L, G) from
+        `tokenize`, and what the words mean (T, L, FEATURE_DIM)."""
         is_word = numbers != PAD
         if self.training and self.word_dropout:
             drawn = torch.rand(numbers.shape, device=numbers.device)
             numbers = numbers.masked_fill((drawn < self.word_dropout) & is_word, UNKNOWN)
             buckets = buckets.masked_fill((drawn < self.word_dropout / 2)[..., None], PAD)
-        trigram_count = (buckets != PAD).sum(-1, keepdim=True).clamp(min=1)
-        meanings = nn.utils.rnn.pad_sequence([self.features.of(line) for line in words], batch_first=True)
-        tokens = self.word(numbers) + self.trigram(buckets).sum(2) / trigram_count.sqrt() + self.meaning(meanings)
+        there = (buckets != PAD)[..., None]  # how wide the longest word makes the table must not matter
+        trigrams = (self.trigram(buckets) * there).sum(2) / there.sum(2).clamp(min=1).sqrt()
+        tokens = self.word(numbers) + trigrams + self.meaning(meanings)
         tokens = tokens + self.position[: numbers.shape[1]]
         return self.transformer(tokens, src_key_padding_mask=~is_word), is_word
 
-    def _tokenize(self, words: Sequence[Sequence[str]]) -> tuple[Tensor, Tensor]:
+    def tokenize(self, words: Sequence[Sequence[str]]) -> tuple[Tensor, Tensor]:
         """Word numbers (T, L) and trigram rows (T, L, G), padded with PAD."""
         rows = [[trigram_buckets(word) for word in line] for line in words]
         length = max(len(line) for line in words)

@@ -26,6 +26,8 @@ SHIPPED_WORD_FEATURES = Path(__file__).parent / "weights" / "words.safetensors"
 _KIND = "hv-words-1"
 _BASIC = re.compile(r"[^\W_]+|[^\w\s]", re.UNICODE)
 _LONGEST_WORD = 64
+_REMEMBERED = 50_000
+"""Sentences that are not read again."""
 MAX_PIECES = 96
 """Pieces of a sentence that are read; longer ones are cut there."""
 
@@ -103,6 +105,8 @@ class WordFeatures(nn.Module):
         known = self._known.get(key)
         device = self.position.device
         if known is None or known.device != device:
+            if len(self._known) >= _REMEMBERED:
+                self._known.clear()
             known = self._known[key] = self._read(words, device)
         return known
 

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from hv_policy.batches import Reader, read_instructions, read_observation
+from hv_policy.belief import mirror
 from hv_policy.belief.belief import BeliefConfig
 from hv_policy.belief.floor_patch import read_patches
 from hv_policy.belief.labels import FLOOR, LABELS, LANDMARKS, PREFIX, LabelTable, read_landmarks
@@ -70,12 +71,23 @@ class BeliefStudent:
 
     def loss(self, batch: dict[str, Any]) -> tuple[Tensor, dict[str, float]]:
         """(B,) how wrong the places and the floor are that the network sees, and figures to watch."""
-        pictures, state = read_observation(batch, self.cameras, self.config.image_size)
-        words, is_word = self.reader.read(read_instructions(batch, len(state)))
+        views, states = read_observation(batch, self.cameras, self.config.image_size)
+        pictures, state, texts = views[:, -1, 0], states[:, -1], read_instructions(batch, len(states))
         known, named, floor = self._known(batch), self._texts(batch, LANDMARKS), self._texts(batch, FLOOR)
         landmarks = None if named is None else read_landmarks(named, SPOTS_A_PICTURE)
         patches = None if floor is None else read_patches(floor)
-        return self.network.loss(pictures[:, -1, 0], state[:, -1], words, is_word, known, landmarks, patches)
+        if self.network.training:
+            chosen = torch.rand(len(state)) < self.config.mirror_share
+            here = chosen.to(state.device)
+            pictures, state = mirror.mirrored_pictures(pictures, here), mirror.STATE.where(here, state)
+            places, turned = mirror.PLACES.where(here, known["places"]), known["object"].clone()
+            turned[:, 3:9] = mirror.ROTATION_6D.where(here, turned[:, 3:9])
+            known, texts = known | {"places": places, "object": turned}, mirror.mirrored_texts(texts, chosen)
+            landmarks = None if landmarks is None else mirror.mirrored_landmarks(landmarks, chosen)
+            patches = None if patches is None else (mirror.mirrored_floor(patches[0], chosen), patches[1])
+            pictures = mirror.recoloured(pictures) if self.config.recolour else pictures
+        words, is_word = self.reader.read(texts)
+        return self.network.loss(pictures, state, words, is_word, known, landmarks, patches)
 
     def act(self, batch: dict[str, Any]) -> Tensor:
         """(N, 28) servo targets in rad; a control step passes."""

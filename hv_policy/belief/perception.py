@@ -15,6 +15,7 @@ from torch import Tensor, nn
 from hv_policy.belief.camera import RAY_DIM, pixel_rays, project, ray_features
 from hv_policy.belief.floor import FloorHead
 from hv_policy.belief.outline import OUTLINE_DIM, outline_of
+from hv_policy.belief.perception_size import PerceptionSize
 from hv_policy.belief.places import (
     GOAL,
     OBJECT,
@@ -23,7 +24,6 @@ from hv_policy.belief.places import (
     PLACES_DIM,
     squash,
 )  # fmt: skip
-from hv_policy.configuration_hv import PerceptionSize
 from hv_policy.fusion import FusionLayer
 from hv_policy.image_encoder import FineImageEncoder
 from hv_policy.motor.proprioception import read_proprioception
@@ -34,7 +34,7 @@ NUM_POINTED = 4
 """Queries that are told which part of the picture to point at: object, goal, and the places to stand for either."""
 OBJECT_QUERY, GOAL_QUERY = 0, 1
 """The first two of them."""
-_BLUR, _POINTING_WEIGHT = 0.6, 0.15
+_BLUR, POINTING_WEIGHT = 0.6, 0.15
 OUTLINE_WEIGHT = 0.3
 _TRUST_UNIT = 10.0
 """What the trust in pointing is counted in, so that it is learned faster than a weight."""
@@ -186,13 +186,15 @@ def _is_fast_in_half(device: str) -> bool:
     return device == "cuda" or (device == "cpu" and bool(torch.ops.mkldnn._is_mkldnn_bf16_supported()))
 
 
-def measurement_loss(seen: Measurement, places_h: Tensor) -> Tensor:
-    """(B,) negative log-likelihood of the true places (B, 21), weighted by the deviation's square root so that what is
-    still uncertain is learned as well (beta-NLL, Seitzer et al. 2022, beta = 0.5)."""
-    error = (seen.places - squash(places_h)).abs()
-    spread = seen.log_spread.exp()
+def measurement_loss(seen: Measurement, places_h: Tensor, known: Sequence[int] = range(PLACES_DIM)) -> Tensor:
+    """(B,) negative log-likelihood of the `known` ones of the true places (B, 21), weighted by the deviation's square
+    root so that what is still uncertain is learned as well (beta-NLL, Seitzer et al. 2022, beta = 0.5)."""
+    columns = list(known)
+    error = (seen.places - squash(places_h)).abs()[:, columns]
+    log_spread = seen.log_spread[:, columns]
+    spread = log_spread.exp()
     # Laplace far from the middle, normal near it: a few places that cannot be known must not decide
-    likely = torch.where(error < 2 * spread, 0.5 * (error / spread) ** 2, 2 * error / spread - 2) + seen.log_spread
+    likely = torch.where(error < 2 * spread, 0.5 * (error / spread) ** 2, 2 * error / spread - 2) + log_spread
     return (likely * spread.detach()).mean(1)
 
 
@@ -207,7 +209,7 @@ def pointing_loss(seen: Measurement, state: Tensor, places_h: Tensor) -> Tensor:
     floor = torch.zeros_like(places_h[:, :1])
     stands = [torch.cat([places_h[:, place], floor], 1) for place in (PICK, PLACE)]
     points = torch.stack([places_h[:, OBJECT], places_h[:, GOAL], *stands], 1)
-    return _POINTING_WEIGHT * pointing_error(seen.pointing, state, points).mean(1)
+    return POINTING_WEIGHT * pointing_error(seen.pointing, state, points).mean(1)
 
 
 def pointing_error(pointing: Tensor, state: Tensor, points_h: Tensor) -> Tensor:

@@ -8,30 +8,17 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor, nn
 
 from hv_policy.belief.belief import Belief, BeliefConfig
-from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.camera import project
 from hv_policy.belief.compass import compass
-from hv_policy.belief.floor import POINTS_A_PICTURE, floor_in_view, points_to_learn
+from hv_policy.belief.floor import floor_in_view
 from hv_policy.belief.floor_map import points_to_look_at
 from hv_policy.belief.labels import Landmarks
 from hv_policy.belief.odometry import Odometry, load_odometry
-from hv_policy.belief.perception import (
-    GOAL_QUERY,
-    OBJECT_QUERY,
-    Measurement,
-    NamedSpots,
-    Perception,
-    Sight,
-    measurement_loss,
-    naming_error,
-    outline_loss,
-    pointing_error,
-    pointing_loss,
-)
+from hv_policy.belief.perception import OBJECT_QUERY, Measurement, Perception, Sight
+from hv_policy.belief.perception_loss import Truth, perception_loss, read_things
 from hv_policy.belief.places import (
     AWAY,
     GOAL,
@@ -58,11 +45,6 @@ from hv_policy.motor.reference import GAZE, VELOCITY
 
 DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
-THINGS_WEIGHT, SPOTS_WEIGHT, FLOOR_WEIGHT = 0.3, 0.2, 0.3
-THINGS_ASKED = 2
-OUT_OF_VIEW_SHARE = 0.15
-"""So many of the things that are not in a picture are asked for in it; those that are, all of them."""
-NAMELESS = "nothing"
 ARRIVED_M, RISE_S = 0.35, 1.5
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
 
@@ -103,77 +85,12 @@ class BeliefNetwork(nn.Module):
             landmarks: what else is to be seen.
             floor: (B, P) bool what is taken, (B,) bool whether that is known (`hv_policy.belief.floor_patch`).
         """
-        shown = self.perception.look(pictures, state)
-        seen, naming = self._seen(shown, state, words, is_word, landmarks)
-        places = known["places"]
-        seeing, pointing = measurement_loss(seen, places), pointing_loss(seen, state, places)
-        outline = outline_loss(seen, known["object"][:, 3:9], known["half_extents"])
-        free, wrongly = self._floor_loss(shown, state, floor)
-        labelled = (places != 0).any(1)  # frames without labels hold zeros
-        with torch.no_grad():
-            error = (unsquash(seen.places) - places).abs()
-            near = places[:, :2].norm(dim=-1) < 1.5
-            figures = {
-                "seeing_loss": seeing.mean().item(),
-                "outline_loss": outline.mean().item(),
-                "floor_loss": free.mean().item(),
-                "floor_wrong": wrongly.item(),
-                "pointing_loss": pointing.mean().item(),
-                "naming_loss": naming.mean().item(),
-                "object_error_m": _median(error[:, OBJECT][:, :2].norm(dim=1)),
-                "near_object_error_m": _median(error[near][:, OBJECT][:, :2].norm(dim=1)),
-                "goal_error_m": _median(error[:, GOAL][:, :2].norm(dim=1)),
-                "stand_error_m": _median(error[:, PICK].norm(dim=1)),
-            }
-        return (seeing + pointing + outline + naming) * labelled + FLOOR_WEIGHT * free, figures
-
-    def _floor_loss(
-        self, shown: Sight, state: Tensor, floor: tuple[Tensor, Tensor] | None
-    ) -> tuple[Tensor, Tensor]:
-        """(B,) how wrong it is which floor is free (cross-entropy), and how often that is the wrong way about."""
-        if floor is None:
-            return torch.zeros(len(state), device=state.device), torch.zeros((), device=state.device)
-        taken, known = (x.to(state.device) for x in floor)
-        body = read_proprioception(state)
-        cells, points, in_view = points_to_learn(body, POINTS_A_PICTURE)
-        logits = self.perception.floor(shown.tokens, shown.fine, body, points)
-        truth, counts = taken.gather(1, cells), in_view & known[:, None]
-        loss = F.binary_cross_entropy_with_logits(logits, truth.to(logits), reduction="none")
-        wrong = ((logits > 0) != truth) & counts
-        return (loss * counts).sum(1) / counts.sum(1).clamp(min=1), wrong.sum() / counts.sum().clamp(min=1)
-
-    def _seen(
-        self, shown: Sight, state: Tensor, words: Tensor, is_word: Tensor, landmarks: Landmarks | None
-    ) -> tuple[Measurement, Tensor]:
-        """What the pictures say, and (B,) how wrong it is what their parts show, and where named spots are."""
-        perception, device = self.perception, state.device
-        if landmarks is None:
-            return perception.judge(shown, words, is_word), torch.zeros(len(state), device=device)
-        boxes, exists = landmarks.boxes.to(device), landmarks.exists.to(device)
-        label = first_box_hit(read_proprioception(state), perception.rays, boxes, exists)
-        in_view = F.one_hot(label + 1, exists.shape[1] + 1)[..., 1:].any(1)
-        asked = (in_view | (torch.rand(exists.shape, device=device) < OUT_OF_VIEW_SHARE)).flatten().tolist()
-        thing_names = [name if ask else "" for name, ask in zip(landmarks.names, asked, strict=True)]
-        distinct = sorted({*thing_names, *landmarks.spot_names})
-        number = {name: i for i, name in enumerate(distinct)}
-        names, is_name = perception.text([name or NAMELESS for name in distinct])
-        which = torch.tensor([number[name] for name in thing_names], device=device).view_as(exists)
-        has_name = torch.tensor([bool(name) for name in thing_names], device=device).view_as(exists)
-        things = naming_error(perception.name(shown, names, is_name, which), label, has_name)
-        # some of the things and of the spots are asked for as objects and goals are: whatever is near and in view is
-        # the object of most pictures of an attempt, but must not be for that
-        number_asked = min(THINGS_ASKED, exists.shape[1])
-        chosen = (torch.rand(exists.shape, device=device) + in_view + 2 * has_name).topk(number_asked, 1).indices
-        of_spots = torch.tensor([number[name] for name in landmarks.spot_names], device=device)
-        asked_for = torch.cat([which.gather(1, chosen), of_spots.view(len(which), -1)], 1)
-        queries = [OBJECT_QUERY] * number_asked + [GOAL_QUERY] * landmarks.spots.shape[1]
-        named = NamedSpots(queries, names[asked_for.flatten()], is_name[asked_for.flatten()])
-        seen = perception.judge(shown, words, is_word, named)
-        there = torch.cat([has_name.gather(1, chosen), landmarks.spot_exists.to(device)], 1)
-        middles = boxes[..., :3].gather(1, chosen[..., None].expand(-1, -1, 3))
-        wrong = pointing_error(seen.spots, state, torch.cat([middles, landmarks.spots.to(device)], 1)) * there
-        spots = wrong.sum(1) / there.sum(1).clamp(min=1)
-        return seen, THINGS_WEIGHT * things + SPOTS_WEIGHT * spots
+        device = state.device
+        taken, floor_known = (None, None) if floor is None else (x.to(device) for x in floor)
+        truth = Truth(known["places"], known["object"][:, 3:9], known["half_extents"], taken, floor_known)
+        things = None if landmarks is None else read_things(self.perception, state, landmarks)
+        loss, figures = perception_loss(self.perception, pictures, state, words, is_word, truth, things)
+        return loss, {name: value.item() for name, value in figures.items()}
 
 
 @dataclass
@@ -466,7 +383,3 @@ class Following:
             is_far = (phase == aligns) & (places_h[:, stand].norm(dim=-1) > c.align_within_m)
             phase = torch.where(is_far, torch.full_like(phase, int(walks)), phase)
         return torch.where(back, torch.full_like(phase, int(Phase.APPROACH)), phase)
-
-
-def _median(values: Tensor) -> float:
-    return float(values.median()) if values.numel() else float("nan")

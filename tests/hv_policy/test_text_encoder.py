@@ -45,9 +45,9 @@ def test_a_sentence_and_its_reverse_differ_word_by_word():
 
 
 def test_padding_changes_nothing():
-    encoder = make_encoder()
-    together, is_word = encoder(TEXTS)
-    for row, text in enumerate(TEXTS):
+    encoder, texts = make_encoder(), [*TEXTS, "the extraordinarily long one"]
+    together, is_word = encoder(texts)
+    for row, text in enumerate(texts):
         alone, _ = encoder([text])
         assert is_word[row].sum() == alone.shape[1]
         torch.testing.assert_close(together[row, : alone.shape[1]], alone[0], atol=1e-5, rtol=1e-5)
@@ -57,7 +57,7 @@ def test_an_unknown_word_is_near_a_known_one_of_like_spelling():
     encoder = make_encoder(["shelf", "vase", "box"])
 
     def embedding(word: str) -> torch.Tensor:  # before the transformer: only what the spelling gives
-        return encoder.trigram(encoder._tokenize([[word]])[1]).mean(2)[0, 0]
+        return encoder.trigram(encoder.tokenize([[word]])[1]).mean(2)[0, 0]
 
     similar = torch.cosine_similarity(embedding("bookshelf"), embedding("bookshelves"), dim=0)
     other = torch.cosine_similarity(embedding("bookshelf"), embedding("carpet"), dim=0)

@@ -109,6 +109,6 @@ def test_a_file_says_what_it_is(tmp_path):
 def test_an_instruction_in_new_words_is_read_like_one_in_known_words():
     torch.manual_seed(0)
     encoder = TextEncoder(["move", "the", "sofa", "crate"], 16, 32, 4, 2, 0.0).eval()
-    known = [encoder._tokenize([["sofa"]])[0].item(), encoder._tokenize([["couch"]])[0].item()]
+    known = [encoder.tokenize([["sofa"]])[0].item(), encoder.tokenize([["couch"]])[0].item()]
     assert known == [4, 1]  # "couch" is unknown by itself
     assert not any(name.startswith("features.") for name, p in encoder.named_parameters() if p.requires_grad)

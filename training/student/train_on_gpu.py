@@ -1,0 +1,386 @@
+"""Trains what a student sees with, from frames that are all held in a GPU's memory.
+
+The loss, the mirror and the other colours are those of `lerobot-train` (`hv_policy.belief.perception_loss`,
+`hv_policy.belief.mirror`); words are looked up once, and pictures are decoded once. Needs torch, numpy, pillow, scipy
+and safetensors, and nothing of LeRobot: 14,000 pictures a second on an H100. Files of `pack_frames.py` that come into
+the folder while it runs are taken in.
+
+    python training/student/train_on_gpu.py --init training/student --frames DIR --output DIR --seconds 400
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import math
+import multiprocessing
+import queue
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+from PIL import Image
+from safetensors.torch import load_file, save_file
+from torch import Tensor
+
+from hv_policy.belief import mirror
+from hv_policy.belief.other_tasks import SHAPES, choose_tasks
+from hv_policy.belief.perception import Perception
+from hv_policy.belief.perception_loss import NAMELESS, OtherTask, Shown, Things, Truth, perception_loss
+from hv_policy.belief.perception_size import PERCEPTIONS
+from hv_policy.text_encoder import TextEncoder
+from hv_policy.word_features import FEATURE_DIM, MAX_PIECES
+
+PREFIX = "network.perception."
+SPOTS_A_PICTURE = 2
+MIRROR_SHARE = 0.35
+WEIGHTS = {"at": 0.5}
+"""How often frames are drawn, by the beginning of their file's name; 1 for all others."""
+HELD_OUT, HELD_OUT_EVERY = "new", 25
+"""Of files whose names begin so, one episode in so many is kept aside."""
+WARMUP_STEPS, LEAST_SHARE = 300, 0.002
+
+
+class Phrases:
+    """Everything that a text encoder looks up, for each of many phrases, on the device."""
+
+    def __init__(self, encoder: TextEncoder) -> None:
+        self.encoder, self.device = encoder, encoder.position.device
+        self.row: dict[str, int] = {}
+        words = encoder.max_words
+        self.numbers = torch.zeros(0, words, dtype=torch.long, device=self.device)
+        self.buckets = torch.zeros(0, words, 16, dtype=torch.int16, device=self.device)
+        self.meanings = torch.zeros(0, words, FEATURE_DIM, dtype=torch.float16, device=self.device)
+        self.pieces = torch.zeros(0, MAX_PIECES, dtype=torch.long, device=self.device)
+        self.owner = torch.zeros(0, MAX_PIECES, dtype=torch.long, device=self.device)
+        self.length = torch.zeros(0, dtype=torch.long, device=self.device)
+        self.piece_count = torch.zeros(0, dtype=torch.long, device=self.device)
+        self.mirrored = torch.zeros(0, dtype=torch.long, device=self.device)
+
+    def add(self, phrases: Sequence[str]) -> np.ndarray:
+        """(P,) int64 rows of phrases; those in the mirror are added too."""
+        both = [text for phrase in phrases for text in (phrase, mirror.mirrored_text(phrase))]
+        new = [text for text in dict.fromkeys(both) if text not in self.row]
+        for text in new:
+            self.row[text] = len(self.row)
+        for start in range(0, len(new), 512):
+            self._look_up(self.encoder.words_of(new[start : start + 512]))
+        others = [self.row.get(mirror.mirrored_text(text), row) for text, row in self.row.items()]
+        self.mirrored = torch.tensor(others, device=self.device)
+        return np.array([self.row[phrase] for phrase in phrases], dtype=np.int64)
+
+    @torch.no_grad()
+    def _look_up(self, lines: list[list[str]]) -> None:
+        encoder, count = self.encoder, len(lines)
+        numbers, buckets = encoder.tokenize(lines)
+        pieces = torch.zeros(count, MAX_PIECES, dtype=torch.long)
+        owner, is_piece = torch.zeros_like(pieces), torch.zeros(count, MAX_PIECES, dtype=torch.bool)
+        for i, line in enumerate(lines):
+            lists = encoder.features.pieces_of(line)
+            flat = [(piece, word) for word, found in enumerate(lists) for piece in found][:MAX_PIECES]
+            if flat:
+                pieces[i, : len(flat)], owner[i, : len(flat)] = torch.tensor(flat).T
+            is_piece[i, : len(flat)] = True
+        pieces, owner, is_piece = (x.to(self.device) for x in (pieces, owner, is_piece))
+        meanings = self._meanings(pieces, owner, is_piece).half()
+        words = encoder.max_words - numbers.shape[1]
+        numbers = torch.nn.functional.pad(numbers, (0, words))
+        buckets = torch.nn.functional.pad(buckets, (0, 16 - buckets.shape[2], 0, words)).to(torch.int16)
+        length = torch.tensor([0 if line == [""] else len(line) for line in lines], device=self.device)
+        grown = {
+            "numbers": numbers,
+            "buckets": buckets,
+            "meanings": meanings,
+            "pieces": pieces,
+            "owner": owner,
+            "length": length,
+            "piece_count": is_piece.sum(1),
+        }
+        for name, more in grown.items():
+            setattr(self, name, torch.cat([getattr(self, name), more]))
+
+    def _meanings(self, pieces: Tensor, owner: Tensor, is_piece: Tensor) -> Tensor:
+        """(N, W, FEATURE_DIM) of sentences of pieces (N, P), which belong to the words `owner` (N, P)."""
+        shown = is_piece.clone()
+        shown[~is_piece.any(1), 0] = True
+        read = self.encoder.features(pieces, shown).float() * is_piece[..., None]
+        meanings = torch.zeros(len(pieces), self.encoder.max_words, FEATURE_DIM, device=self.device)
+        meanings.scatter_add_(1, owner[..., None].expand(-1, -1, FEATURE_DIM), read)
+        of_word = torch.zeros(meanings.shape[:2], device=self.device).scatter_add_(1, owner, is_piece.float())
+        return meanings / of_word.clamp(min=1)[..., None]
+
+    def read_joined(self, rows: Tensor) -> tuple[Tensor, Tensor]:
+        """Tokens (N, L, dim) and (N, L) bool of sentences that consist of K phrases each, `rows` (N, K)."""
+        ends, piece_ends = self.length[rows].cumsum(1), self.piece_count[rows].cumsum(1)
+        starts, piece_starts = ends - self.length[rows], piece_ends - self.piece_count[rows]
+        numbers = self._joined(self.numbers, rows, starts, self.length)
+        buckets = torch.stack([self._joined(self.buckets[..., k], rows, starts, self.length) for k in range(16)], -1)
+        pieces = self._joined(self.pieces, rows, piece_starts, self.piece_count)
+        owner = self._joined(self.owner, rows, piece_starts, self.piece_count, starts)
+        is_piece = torch.arange(MAX_PIECES, device=self.device) < piece_ends[:, -1:]
+        longest, most = int(ends[:, -1].max()), int(piece_ends[:, -1].max())
+        with torch.no_grad():
+            meanings = self._meanings(pieces[:, :most], owner[:, :most], is_piece[:, :most])[:, :longest]
+        return self.encoder.read(numbers[:, :longest], buckets[:, :longest].long(), meanings)
+
+    def _joined(
+        self, table: Tensor, rows: Tensor, starts: Tensor, counts: Tensor, add: Tensor | None = None
+    ) -> Tensor:
+        """(N, W) of a table (P, W): the first `counts` (P,) numbers of each of the phrases, one after the other, with
+        `add` (N, K) added to those of each."""
+        width = table.shape[1]
+        out = torch.zeros(len(rows), width + 1, dtype=table.dtype, device=self.device)
+        along = torch.arange(width, device=self.device)
+        for k in range(rows.shape[1]):
+            values = table[rows[:, k]]
+            values = values if add is None else values + add[:, k : k + 1]
+            at = torch.where(along < counts[rows[:, k], None], starts[:, k : k + 1] + along, width).clamp(max=width)
+            out.scatter_(1, at, values)
+        return out[:, :width]
+
+    def read(self, rows: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Tokens (D, L, dim) and (D, L) bool of the D different phrases in `rows` (...), and their numbers (...)."""
+        distinct, number = rows.unique(return_inverse=True)
+        longest = int(self.length[distinct].max())
+        looked_up = (x[distinct, :longest] for x in (self.numbers, self.buckets, self.meanings))
+        numbers, buckets, meanings = looked_up
+        return *self.encoder.read(numbers, buckets.long(), meanings.float()), number
+
+
+class Frames:
+    """All frames, on the device."""
+
+    def __init__(self, phrases: Phrases) -> None:
+        self.phrases, self.device = phrases, phrases.device
+        self.held: dict[str, Tensor] = {}
+        self.number_of_nothing = int(phrases.add([NAMELESS])[0])
+        self.shapes = torch.from_numpy(phrases.add([part for shape in SHAPES for part in shape])).to(self.device)
+
+    def add(self, file: Path, held: dict[str, np.ndarray]) -> None:
+        """Those of a file, as `read_file` returns them."""
+        phrases, names = self.phrases, held.pop("names").tolist()
+        of_text = phrases.add(held.pop("texts").tolist())
+        of_name = np.append(phrases.add([name or NAMELESS for name in names]), self.number_of_nothing)
+        named = np.append(np.array([bool(name) for name in names]), False)
+        held["task"] = of_text[held["task"]]
+        held["has_name"], held["exists"] = named[held["box_name"]], held["box_name"] >= 0
+        held["spot_exists"] = held["spot_name"] >= 0
+        held["box_name"], held["spot_name"] = of_name[held["box_name"]], of_name[held["spot_name"]]
+        aside = (held.pop("episode") % HELD_OUT_EVERY == 0) & file.name.startswith(HELD_OUT)
+        weight = next((w for start, w in WEIGHTS.items() if file.name.startswith(start)), 1.0)
+        held["aside"], held["weight"] = aside, np.where(aside, 0.0, weight)
+        for name, values in held.items():
+            more = torch.from_numpy(np.ascontiguousarray(values)).to(self.device)
+            self.held[name] = torch.cat([self.held[name], more]) if name in self.held else more
+        total = self.held["weight"].cumsum(0)
+        self._share = total / total[-1]
+        self.aside = self.held["aside"].nonzero()[:, 0]
+
+    def __len__(self) -> int:
+        return len(self._share)
+
+    def draw(self, count: int) -> Tensor:
+        """(count,) rows."""
+        drawn = torch.rand(count, device=self.device, dtype=torch.double)
+        return torch.searchsorted(self._share, drawn).clamp(max=len(self) - 1)
+
+    def loss(self, perception: Perception, rows: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
+        """`perception_loss` of rows (B,); in training some are mirrored and all recoloured."""
+        row = {name: values[rows] for name, values in self.held.items()}
+        trains = perception.training
+        flip = torch.rand(len(rows), device=self.device) < (MIRROR_SHARE if trains else 0.0)
+        here = flip[:, None, None]
+        pictures = mirror.mirrored_pictures(row["pictures"].permute(0, 3, 1, 2).float() / 255, flip)
+        pictures = mirror.recoloured(pictures) if trains else pictures
+        state = mirror.STATE.where(flip, row["state"].float())
+        boxes, spots = row["boxes"].float(), row["spots"].float()
+        boxes, spots = torch.where(here, mirror.BOX(boxes), boxes), torch.where(here, mirror.POINT(spots), spots)
+        bits = 7 - torch.arange(8, device=self.device)
+        taken = (row["floor"][..., None] >> bits & 1).flatten(1).bool()
+        truth = Truth(
+            mirror.PLACES.where(flip, row["places"].float()),
+            mirror.ROTATION_6D.where(flip, row["rotation"].float()),
+            row["half_extents"].float(),
+            mirror.mirrored_floor(taken, flip),
+            row["floor_known"],
+        )
+
+        def named(rows_of_names: Tensor) -> Tensor:
+            chosen = flip.view(-1, *[1] * (rows_of_names.dim() - 1))
+            return torch.where(chosen, self.phrases.mirrored[rows_of_names], rows_of_names)
+
+        shown = Shown.of(perception, state, boxes, row["exists"])
+        has_name = row["has_name"] & shown.asked
+        drawn = (torch.rand(spots.shape[:2], device=self.device) + row["spot_exists"]).topk(SPOTS_A_PICTURE, 1).indices
+        names = torch.cat([row["box_name"].where(has_name, self._nothing), row["spot_name"].gather(1, drawn)], 1)
+        tokens, is_word, number = self.phrases.read(named(names))
+        others = self._others(row, shown, boxes, spots, named)
+        things = Things(
+            shown,
+            boxes[..., :3],
+            has_name,
+            spots.gather(1, drawn[..., None].expand(-1, -1, 3)),
+            row["spot_exists"].gather(1, drawn),
+            tokens,
+            is_word,
+            number[:, : boxes.shape[1]],
+            number[:, boxes.shape[1] :],
+            others,
+        )
+        words, is_word, number = self.phrases.read(named(row["task"]))
+        return perception_loss(perception, pictures, state, words[number], is_word[number], truth, things)
+
+    def _others(
+        self,
+        row: dict[str, Tensor],
+        shown: Shown,
+        boxes: Tensor,
+        spots: Tensor,
+        named: Callable[[Tensor], Tensor],
+    ) -> OtherTask:
+        """Other tasks in the pictures of a batch."""
+        thing, spot, shape, possible = choose_tasks(row["has_name"], shown.in_view, boxes[..., 3:6], row["spot_exists"])
+        at = torch.arange(len(boxes), device=self.device)
+        before, between, after = self.shapes.view(-1, 3)[shape].unbind(1)
+        told = named(torch.stack([row["box_name"][at, thing], row["spot_name"][at, spot]], 1))
+        sentence = torch.stack([before, told[:, 0], between, told[:, 1], after], 1)
+        words, is_word = self.phrases.read_joined(sentence)
+        return OtherTask(words, is_word, possible, boxes[at, thing], spots[at, spot])
+
+    @property
+    def _nothing(self) -> Tensor:
+        return torch.tensor(self.number_of_nothing, device=self.device)
+
+
+def read_file(file: Path, pool: multiprocessing.pool.Pool) -> dict[str, np.ndarray]:
+    """What a file of `pack_frames.py` holds, its pictures (N, S, S, 3) decoded."""
+    with np.load(file) as opened:
+        held = dict(opened)
+    ends = np.cumsum(held.pop("sizes"), dtype=np.int64)
+    raw = held["pictures"].tobytes()
+    coded = [raw[start:end] for start, end in zip([0, *ends[:-1]], ends, strict=True)]
+    held["pictures"] = np.concatenate(pool.map(_decoded, [coded[i : i + 256] for i in range(0, len(coded), 256)]))
+    return held
+
+
+def _decoded(coded: list[bytes]) -> np.ndarray:
+    return np.stack([np.asarray(Image.open(io.BytesIO(one)).convert("RGB")) for one in coded])
+
+
+def load_perception(folder: Path) -> Perception:
+    """Of a checkpoint of `lerobot-train`."""
+    config = json.loads((folder / "config.json").read_text())
+    size = PERCEPTIONS[config["size"]]
+    texts = config["vocabulary"], config["max_words"], config["word_dropout"]
+    perception = Perception(size, config["image_size"], *texts)
+    weights = load_file(folder / "model.safetensors")
+    perception.load_state_dict({k.removeprefix(PREFIX): v for k, v in weights.items() if k.startswith(PREFIX)})
+    return perception
+
+
+def save(perception: Perception, init: Path, output: Path) -> None:
+    """The checkpoint `init` with this perception in it, as `output/model.safetensors`."""
+    weights = load_file(init / "model.safetensors")
+    for name, value in perception.state_dict().items():
+        weights[PREFIX + name] = value.detach().to("cpu", weights[PREFIX + name].dtype).contiguous()
+    save_file(weights, output / "draft.tmp", metadata={"format": "pt"})
+    (output / "draft.tmp").replace(output / "model.safetensors")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--init", type=Path, required=True, help="checkpoint that it goes on from")
+    parser.add_argument("--frames", type=Path, required=True, help="folder of files of pack_frames.py")
+    parser.add_argument("--output", type=Path, required=True)
+    parser.add_argument("--seconds", type=float, default=400.0)
+    parser.add_argument("--batch", type=int, default=1024)
+    parser.add_argument("--lr", type=float, default=1.2e-3)
+    parser.add_argument("--weight-decay", type=float, default=1e-2)
+    parser.add_argument("--report-s", type=float, default=10.0)
+    parser.add_argument("--decoders", type=int, default=multiprocessing.cpu_count())
+    parser.add_argument("--seed", type=int, default=0)
+    args = parser.parse_args()
+    torch.manual_seed(args.seed)
+    torch.set_float32_matmul_precision("high")
+    pool = multiprocessing.get_context("fork").Pool(args.decoders)
+    device = "cuda" if torch.cuda.is_available() else "cpu"
+    perception = load_perception(args.init).to(device).train()
+    frames = Frames(Phrases(perception.text))
+    args.output.mkdir(parents=True, exist_ok=True)
+    arrived: queue.Queue[tuple[Path, dict[str, np.ndarray]]] = queue.Queue()
+
+    def watch() -> None:
+        known: set[Path] = set()
+        while True:
+            for file in sorted(args.frames.glob("*.npz")):
+                if file not in known:
+                    known.add(file)
+                    arrived.put((file, read_file(file, pool)))
+            time.sleep(0.5)
+
+    threading.Thread(target=watch, daemon=True).start()
+    frames.add(*arrived.get())
+    trained = [p for p in perception.parameters() if p.requires_grad]
+    layers = (torch.nn.Linear, torch.nn.Conv2d)
+    decays = {id(m.weight) for m in perception.modules() if isinstance(m, layers)}
+    groups = [
+        {"params": [p for p in trained if id(p) in decays], "weight_decay": args.weight_decay},
+        {"params": [p for p in trained if id(p) not in decays], "weight_decay": 0.0},
+    ]
+    optimizer = torch.optim.AdamW(groups, lr=args.lr, fused=device == "cuda")
+    start = reported = saved = time.monotonic()
+    step, count = 0, 0
+    sums: dict[str, Tensor] = {}
+    curve = (args.output / "curve.csv").open("w")
+    while (share := (time.monotonic() - start) / args.seconds) < 1:
+        while not arrived.empty():
+            frames.add(*arrived.get())
+        rate = args.lr * min(1.0, (step + 1) / WARMUP_STEPS)
+        rate *= LEAST_SHARE + (1 - LEAST_SHARE) * 0.5 * (1 + math.cos(math.pi * share))
+        for group in optimizer.param_groups:
+            group["lr"] = rate
+        loss, figures = frames.loss(perception, frames.draw(args.batch))
+        optimizer.zero_grad(set_to_none=True)
+        loss.mean().backward()
+        torch.nn.utils.clip_grad_norm_(trained, 5.0)
+        optimizer.step()
+        step, count = step + 1, count + 1
+        for name, value in {"loss": loss.detach().mean(), **figures}.items():
+            sums[name] = sums.get(name, torch.zeros_like(value)) + value.nan_to_num()
+        if step % 25 == 0 and time.monotonic() - reported > args.report_s:
+            row = {"samples": step * args.batch, "frames": len(frames), "lr": rate}
+            row |= {name: float(total) / count for name, total in sums.items()}
+            row |= {f"aside_{name}": value for name, value in _aside(frames, perception).items()}
+            if step * args.batch == row["samples"] and curve.tell() == 0:
+                curve.write(",".join(row) + "\n")
+            curve.write(",".join(f"{value:.5g}" for value in row.values()) + "\n")
+            curve.flush()
+            print(" ".join(f"{name} {value:.4g}" for name, value in row.items()), flush=True)
+            sums, count, reported = {}, 0, time.monotonic()
+        if time.monotonic() - saved > 60:
+            save(perception, args.init, args.output)
+            saved = time.monotonic()
+    save(perception, args.init, args.output)
+    (args.output / "done").write_text(f"{step * args.batch}\n")
+    print("done", step * args.batch, flush=True)
+    pool.terminate()
+
+
+@torch.no_grad()
+def _aside(frames: Frames, perception: Perception) -> dict[str, float]:
+    """Figures on frames that are kept aside; none if there are none."""
+    if not len(frames.aside):
+        return {}
+    perception.eval()
+    rows = frames.aside[torch.randperm(len(frames.aside), device=frames.device)[:2048]]
+    loss, figures = frames.loss(perception, rows)
+    perception.train()
+    return {"loss": float(loss.mean()), **{name: float(value) for name, value in figures.items()}}
+
+
+if __name__ == "__main__":
+    main()
