@@ -5,6 +5,7 @@ A task is about two objects and two places. Whoever learns what words look like 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -31,8 +32,8 @@ class Landmark:
     """A thing or spot of a room, words that fit it alone, and where it is in the world.
 
     Attributes:
-        phrases: each of them fits nothing else ("the red box", "just behind the sofa"); a thing that is like another
-            has none.
+        phrases: each of them fits nothing else ("the red box", "the box that is on the dresser", "just behind the
+            sofa"); a thing that is like another has none.
         is_spot: it is a place to put something, not a thing.
         position_m: the middle of a thing; for an object where it is at first, see `object`.
         half_extents_m: of a thing's box, along its own axes; zeros for a spot.
@@ -80,7 +81,21 @@ def _object_phrases(layout: Layout, name: str) -> tuple[str, ...]:
         word = COLOR_WORDS[color][0] if color in COLOR_WORDS else ""
         if word and [o for o in objects if color_fits(word, looks(layout)[o][1])] == [name]:
             phrases.append(f"the {word} {noun}")
+        phrases += [f"the {noun} that is {where}" for where in _where(layout, name, objects)]
     return tuple(phrases)
+
+
+def _where(layout: Layout, name: str, alike: Sequence[str]) -> list[str]:
+    """Where an object is, in words that fit it and none of those that are called the same; at most two."""
+    at, found = layout.poses[name][0], []
+    for place in layout.places(name, at):
+        piece = layout.furniture(place.landmark)
+        near = place.relation in ON or layout.is_goal(place, name, at)
+        if piece is None or not near or any(layout.contains(place, o, layout.poses[o][0]) for o in alike if o != name):
+            continue
+        nouns = [n for n in usable(furniture_nouns(piece.kind), False) if called(layout, n) == ([], [piece.name])]
+        found += [PLACE_WORDS[place.relation][0][0].format(f"the {nouns[0]}")] if nouns else []
+    return found[:2]
 
 
 def _spots(layout: Layout, piece: FurniturePlacement, nouns: list[str], name: str) -> list[Landmark]:
