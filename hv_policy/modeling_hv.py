@@ -18,6 +18,7 @@ from hv_policy.belief.acting import BeliefStudent
 from hv_policy.configuration_hv import HVConfig
 from hv_policy.direct import DirectStudent
 from hv_policy.text_encoder import build_vocabulary
+from hv_policy.weight_decay import decay_groups
 
 
 class CheckpointError(ValueError):
@@ -66,12 +67,7 @@ class HVPolicy(PreTrainedPolicy):
 
     def get_optim_params(self) -> list[dict[str, Any]]:
         """Two groups: weight matrices decay; biases, norms, positions and embeddings do not."""
-        decays = {id(module.weight) for module in self.modules() if isinstance(module, nn.Linear | nn.Conv2d)}
-        trained = [p for p in self.parameters() if p.requires_grad]
-        return [
-            {"params": [p for p in trained if id(p) in decays]},
-            {"params": [p for p in trained if id(p) not in decays], "weight_decay": 0.0},
-        ]
+        return decay_groups(self)
 
     def train(self, mode: bool = True) -> "HVPolicy":
         self.student.reader.forget()

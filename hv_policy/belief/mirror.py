@@ -21,9 +21,7 @@ _OTHER = {"left": "right", "right": "left"}
 
 STATE = Reflection().proprioception()
 _SPAN, _TURN = (-1.0, 1.0, -1.0), (1.0, -1.0)
-PLACES = (
-    Reflection().signs(*POLAR).signs(*POLAR).signs(*_SPAN).signs(*POLAR).signs(*_TURN * 4).signs(1.0)
-)
+PLACES = Reflection().signs(*POLAR, *POLAR, *_SPAN, *POLAR, *_TURN * 4, 1.0)
 """The span leads from the right hand to the left one, which change places."""
 ROTATION_6D = Reflection().signs(*POLAR, *AXIAL)
 POINT = Reflection().signs(*POLAR)

@@ -33,6 +33,7 @@ from hv_policy.belief.perception import Perception
 from hv_policy.belief.perception_loss import NAMELESS, OtherTask, Shown, Things, Truth, perception_loss
 from hv_policy.belief.perception_size import PERCEPTIONS
 from hv_policy.text_encoder import TextEncoder
+from hv_policy.weight_decay import decay_groups
 from hv_policy.word_features import FEATURE_DIM, MAX_PIECES
 
 PREFIX = "network.perception."
@@ -158,7 +159,9 @@ class Frames:
         self.phrases, self.device = phrases, phrases.device
         self.held: dict[str, Tensor] = {}
         self.number_of_nothing = int(phrases.add([NAMELESS])[0])
-        self.shapes = torch.from_numpy(phrases.add([part for shape in SHAPES for part in shape])).to(self.device)
+        self._nothing = torch.tensor(self.number_of_nothing, device=self.device)
+        parts = phrases.add([part for shape in SHAPES for part in shape])
+        self.shapes = torch.from_numpy(parts).view(-1, 3).to(self.device)
 
     def add(self, file: Path, held: dict[str, np.ndarray]) -> None:
         """Those of a file, as `read_file` returns them."""
@@ -245,15 +248,11 @@ class Frames:
         """Other tasks in the pictures of a batch."""
         thing, spot, shape, possible = choose_tasks(row["has_name"], shown.in_view, boxes[..., 3:6], row["spot_exists"])
         at = torch.arange(len(boxes), device=self.device)
-        before, between, after = self.shapes.view(-1, 3)[shape].unbind(1)
+        before, between, after = self.shapes[shape].unbind(1)
         told = named(torch.stack([row["box_name"][at, thing], row["spot_name"][at, spot]], 1))
         sentence = torch.stack([before, told[:, 0], between, told[:, 1], after], 1)
         words, is_word = self.phrases.read_joined(sentence)
         return OtherTask(words, is_word, possible, boxes[at, thing], spots[at, spot])
-
-    @property
-    def _nothing(self) -> Tensor:
-        return torch.tensor(self.number_of_nothing, device=self.device)
 
 
 def read_file(file: Path, pool: multiprocessing.pool.Pool) -> dict[str, np.ndarray]:
@@ -325,12 +324,7 @@ def main() -> None:
     threading.Thread(target=watch, daemon=True).start()
     frames.add(*arrived.get())
     trained = [p for p in perception.parameters() if p.requires_grad]
-    layers = (torch.nn.Linear, torch.nn.Conv2d)
-    decays = {id(m.weight) for m in perception.modules() if isinstance(m, layers)}
-    groups = [
-        {"params": [p for p in trained if id(p) in decays], "weight_decay": args.weight_decay},
-        {"params": [p for p in trained if id(p) not in decays], "weight_decay": 0.0},
-    ]
+    groups = decay_groups(perception, weight_decay=args.weight_decay)
     optimizer = torch.optim.AdamW(groups, lr=args.lr, fused=device == "cuda")
     start = reported = saved = time.monotonic()
     step, count = 0, 0
@@ -355,7 +349,7 @@ def main() -> None:
             row = {"samples": step * args.batch, "frames": len(frames), "lr": rate}
             row |= {name: float(total) / count for name, total in sums.items()}
             row |= {f"aside_{name}": value for name, value in _aside(frames, perception).items()}
-            if step * args.batch == row["samples"] and curve.tell() == 0:
+            if curve.tell() == 0:
                 curve.write(",".join(row) + "\n")
             curve.write(",".join(f"{value:.5g}" for value in row.values()) + "\n")
             curve.flush()
