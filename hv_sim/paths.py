@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -183,49 +184,53 @@ def _a_star(
 
     A step counts as its length times the `weight` (X, Y), at least 1, of the cell that it leads to.
     """
-    counts = None if weight is None else weight.ravel().tolist()
-    width = taken.shape[1]
-    blocked = taken.ravel().tolist()
-    goal_i, goal_j = goal
+    rows, width = taken.shape
     diagonal = 2.0**0.5
-
-    def heuristic(node: int) -> float:
-        di, dj = abs(node // width - goal_i), abs(node % width - goal_j)
-        return max(di, dj) + (diagonal - 1.0) * min(di, dj)
-
-    first, last = start[0] * width + start[1], goal_i * width + goal_j
-    cost, parent, closed = {first: 0.0}, {first: first}, set()
-    heap = [(heuristic(first), first)]
-    nearest, nearest_left = first, heuristic(first)
-    rows = taken.shape[0]
+    di, dj = np.abs(np.arange(rows)[:, None] - goal[0]), np.abs(np.arange(width) - goal[1])
+    # a ring of taken cells around everything, so that no neighbour has to be looked for outside
+    lefts = np.pad(np.maximum(di, dj) + (diagonal - 1.0) * np.minimum(di, dj), 1).ravel().tolist()
+    blocked = np.pad(taken, 1, constant_values=True).ravel().tolist()
+    counts = np.pad(np.ones(taken.shape) if weight is None else weight, 1).ravel().tolist()
+    width += 2
+    first, last = ((cell[0] + 1) * width + cell[1] + 1 for cell in (start, goal))
+    straight = (-width, width, -1, 1)
+    diagonals = [(up + aside, up, aside) for up in (-width, width) for aside in (-1, 1)]
+    cost, parent = [math.inf] * len(blocked), {first: first}
+    cost[first] = 0.0
+    closed = blocked.copy()
+    closed[first] = False  # also where it is taken
+    heap = [(lefts[first], first)]
+    nearest, nearest_left = first, lefts[first]
     while heap:
         node = heapq.heappop(heap)[1]
-        if node in closed:
+        if closed[node]:
             continue
-        closed.add(node)
-        left = heuristic(node)
-        if left < nearest_left:
-            nearest, nearest_left = node, left
+        closed[node] = True
+        if lefts[node] < nearest_left:
+            nearest, nearest_left = node, lefts[node]
         if node == last:
             break
-        i, j = divmod(node, width)
-        for di, dj in ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)):
-            if not (0 <= i + di < rows and 0 <= j + dj < width):
+        here = cost[node]
+        for offset in straight:
+            neighbor = node + offset
+            if closed[neighbor]:
                 continue
-            neighbor = node + di * width + dj
-            if blocked[neighbor] or neighbor in closed:
-                continue
-            if di and dj and (blocked[node + di * width] or blocked[node + dj]):
-                continue
-            step = diagonal if di and dj else 1.0
-            reached = cost[node] + (step if counts is None else step * counts[neighbor])
-            if reached < cost.get(neighbor, np.inf):
+            reached = here + counts[neighbor]
+            if reached < cost[neighbor]:
                 cost[neighbor], parent[neighbor] = reached, node
-                heapq.heappush(heap, (reached + heuristic(neighbor), neighbor))
+                heapq.heappush(heap, (reached + lefts[neighbor], neighbor))
+        for offset, up, aside in diagonals:
+            neighbor = node + offset
+            if closed[neighbor] or blocked[node + up] or blocked[node + aside]:
+                continue
+            reached = here + diagonal * counts[neighbor]
+            if reached < cost[neighbor]:
+                cost[neighbor], parent[neighbor] = reached, node
+                heapq.heappush(heap, (reached + lefts[neighbor], neighbor))
     path = [nearest]
     while path[-1] != first:
         path.append(parent[path[-1]])
-    return [divmod(node, width) for node in reversed(path)]
+    return [(node // width - 1, node % width - 1) for node in reversed(path)]
 
 
 def _smoothed(grid: OccupancyGrid, points: np.ndarray, reach: int = 6) -> np.ndarray:

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from tqdm import tqdm
 
 from hv_teachers.knowledge import KNOWLEDGE_COLUMNS
@@ -87,6 +86,8 @@ def verify_dataset(
     Raises:
         RecordingError: an episode has another length, or a frame another picture, vector or instruction.
     """
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset  # who only makes frames needs nothing of LeRobot
+
     if not episodes:
         return
     dataset = LeRobotDataset(repo_id, root=root, video_backend="pyav")

@@ -11,33 +11,28 @@ import math
 import shutil
 import tempfile
 import time
-import zlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-import numpy as np
 import torch
 from datasets.utils.logging import disable_progress_bar
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from torch import Tensor
 from tqdm import tqdm
 
-from hv_policy.motor.proprioception import BodyState, read_proprioception
-from hv_sim.looks import NO_LOOKS, Look, LookRanges
+from hv_policy.motor.proprioception import read_proprioception
+from hv_sim.looks import NO_LOOKS, LookRanges
 from hv_sim.metrics import SUCCESS_THRESHOLDS_M
 from hv_sim.physics_backends import check_backend, make_renderer
-from hv_sim.rendering import CameraRenderer, StepCamera
+from hv_sim.rendering import StepCamera
 from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
 from hv_teachers.dataset_format import (
-    ACTION,
-    FLOOR,
     FPS,
     HEAD_IMAGE,
-    LANDMARKS,
     STATE,
     FrameDigest,
     RecordingError,
@@ -45,10 +40,8 @@ from hv_teachers.dataset_format import (
     features,
     verify_dataset,
 )
-from hv_teachers.floor_labels import world_floor
-from hv_teachers.glances import VIEWS_PER_PLACE, glance_around, no_action
-from hv_teachers.knowledge import Knowledge, no_knowledge
-from hv_teachers.landmark_labels import world_landmarks
+from hv_teachers.frames import attempt_seed, draw_looks, frame_row, glance_frames, vector_columns
+from hv_teachers.knowledge import Knowledge
 
 REPORT_FILE = "meta/hv_recording.json"
 
@@ -162,11 +155,6 @@ class NothingRecordedError(RecordingError):
     def __init__(self, root: Path, report: RecordingReport) -> None:
         super().__init__(f"dataset {root}: all {len(report.attempts)} attempts failed and were dropped")
         self.report = report
-
-
-def attempt_seed(seed: int, task_name: str, repeat: int) -> int:
-    """The environment's seed of one attempt."""
-    return int(np.random.SeedSequence([seed, zlib.crc32(task_name.encode()), repeat]).generate_state(1)[0])
 
 
 def record_dataset(
@@ -319,7 +307,7 @@ def roll_attempts(
     expert = make_expert(len(attempts))
     expert.reset()
     renderer = make_renderer(config.physics, config.image_size_px, config.image_size_px)
-    camera = StepCamera(renderer, world.physics, _looks(config, seeds))
+    camera = StepCamera(renderer, world.physics, draw_looks(config.looks, seeds))
     expert.see_through(camera)
     frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
     since_fall = torch.zeros(len(attempts), dtype=torch.long)
@@ -336,7 +324,7 @@ def roll_attempts(
                 instructions = world.instructions()
                 body = read_proprioception(torch.from_numpy(arrays[STATE]))
                 for env in due:
-                    row = _row(world, env, arrays, body, len(frames[env]))
+                    row = frame_row(world, env, arrays, body, len(frames[env]))
                     frames[env].append({HEAD_IMAGE: camera.picture(env).copy(), **row, "task": instructions[env]})
             world.step(joint_targets if expert.executed is None else expert.executed)
             camera.forget()
@@ -349,31 +337,15 @@ def roll_glances(
     attempts: Sequence[tuple[Task, int]], config: RecordingConfig
 ) -> list[tuple[Attempt, list[dict[str, Any]]]]:
     """As `roll_attempts`, but `config.glances` pictures from random places instead (`hv_teachers.glances`)."""
+    tasks = [task for task, _ in attempts]
     seeds = [attempt_seed(config.seed, task.name, repeat) for task, repeat in attempts]
-    renderer = CameraRenderer(config.image_size_px, config.image_size_px)
     frames: list[list[dict[str, Any]]] = [[] for _ in attempts]
-    try:
-        looks = None
-        views = glance_around([task for task, _ in attempts], seeds, config.glances)
-        for shown, (world, knowledge) in enumerate(views):
-            arrays, instructions = vector_columns(world, knowledge, *no_action(world)), world.instructions()
-            body = read_proprioception(torch.from_numpy(arrays[STATE]))
-            if shown % VIEWS_PER_PLACE == 0:
-                looks = _looks(config, seeds, shown)
-            for env, image in enumerate(renderer.render_batch(world.physics, looks=looks)):
-                row = _row(world, env, arrays, body, len(frames[env]))
-                frames[env].append({HEAD_IMAGE: image, **row, "task": instructions[env]})
-    finally:
-        renderer.close()
-    outcomes = _outcomes(attempts, world, frames)
+    for world, rows in glance_frames(tasks, seeds, config.glances, config.image_size_px, config.looks):
+        for held, row in zip(frames, rows, strict=True):
+            held.append(row)
+        shown = world
+    outcomes = _outcomes(attempts, shown, frames)
     return [(replace(attempt, seed=seed), rows) for (attempt, rows), seed in zip(outcomes, seeds, strict=True)]
-
-
-def _looks(config: RecordingConfig, seeds: Sequence[int], number: int = 0) -> list[Look] | None:
-    """How each attempt looks; for glances, at place `number`."""
-    if not config.looks.vary:
-        return None
-    return [Look(config.looks, np.random.default_rng([seed, 12, number])) for seed in seeds]
 
 
 def _outcomes(
@@ -394,41 +366,6 @@ def _outcomes(
         for (_, repeat), record, rows in zip(attempts, world.records(), frames, strict=True)
     ]
     return list(zip(outcomes, frames, strict=True))
-
-
-def vector_columns(
-    world: RearrangeWorld, knowledge: Knowledge | None, intent: Tensor, joint_targets: Tensor
-) -> dict[str, np.ndarray]:
-    """`VECTOR_COLUMNS` of every environment, (N, size) float32 each, for its present state.
-
-    Args:
-        world: whose.
-        knowledge: what whoever plays knew; None where that cannot be said: zeros, which are no labels to a student.
-        intent: (N, 14).
-        joint_targets: (N, 28) rad.
-    """
-    observation = world.observe()
-    known = no_knowledge(world.num_envs) if knowledge is None else knowledge.columns()
-    vectors = {
-        STATE: observation.proprioception,
-        ACTION: joint_targets,
-        "privileged.object": observation.object,
-        "privileged.goal": observation.goal,
-        "privileged.waypoint": observation.waypoint,
-        "privileged.half_extents": observation.half_extents,
-        "privileged.intent": intent,
-        "privileged.subtask_index": world.subtask_index[:, None],
-        **known,
-    }
-    return {key: value.float().cpu().numpy() for key, value in vectors.items()}
-
-
-def _row(
-    world: RearrangeWorld, env: int, arrays: dict[str, np.ndarray], body: BodyState, number: int
-) -> dict[str, Any]:
-    """Environment `env`'s row of `arrays`, and its landmarks and floor for frame `number`."""
-    texts = {LANDMARKS: world_landmarks(world, env, body, number), FLOOR: world_floor(world, env)}
-    return {key: value[env].copy() for key, value in arrays.items()} | texts
 
 
 def _groups(

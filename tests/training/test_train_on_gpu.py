@@ -7,10 +7,12 @@ from multiprocessing.pool import ThreadPool
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 import torch
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
+from hv_policy.belief.mirror import mirrored_text
 from hv_policy.belief.other_tasks import SHAPES, sentence
 from hv_sim.suites import load_suite
 from hv_teachers.corrected_student import load_student
@@ -18,6 +20,16 @@ from hv_teachers.expert import PlannerExpert
 from hv_teachers.recording import RecordingConfig, record_dataset
 
 FOLDER = Path(__file__).resolve().parents[2] / "training" / "student"
+
+
+WITHOUT_LEROBOT = """
+import runpy, sys
+for name in ("lerobot", "datasets", "pyarrow"):
+    sys.modules[name] = None
+sys.path.insert(0, sys.argv[1])
+sys.argv = sys.argv[2:]
+runpy.run_path(sys.argv[0], run_name="__main__")
+"""
 
 
 @pytest.fixture(scope="module")
@@ -61,3 +73,38 @@ def test_frames_packed_for_the_gpu_teach_what_the_dataset_teaches(trainer, tmp_p
         _, found = frames.loss(perception, torch.arange(8))
     for name in ("seeing_loss", "pointing_loss", "outline_loss", "object_error_m", "goal_error_m"):  # nothing is drawn
         assert float(found[name]) == pytest.approx(wanted[name], abs=0.05, rel=0.1), name
+
+
+def test_rendered_frames_are_those_of_a_recording_and_need_no_lerobot(trainer, tmp_path):
+    script, options = FOLDER / "render_frames.py", ["--workers=1", "--files=1", "--rooms=2", "--glances=3", "--seed=4"]
+    for name in ("a", "b"):
+        command = [script, "--tasks", "seen:0-1", "--output", tmp_path / name, *options]
+        subprocess.run([sys.executable, "-c", WITHOUT_LEROBOT, FOLDER, *command], check=True, capture_output=True)
+    (first,), (again,) = ((tmp_path / name).glob("*") for name in "ab")
+    assert first.read_bytes() == again.read_bytes()
+    with np.load(first) as held:
+        assert sorted(set(held["texts"][held["task"]])) == sorted(set(held["texts"]))
+        assert set(held["texts"]) <= {p for task in load_suite("seen")[:2] for s in task.subtasks for p in s.phrasings}
+        assert len(held["state"]) == len(held["sizes"]) == 6
+        assert len(set(held["episode"])) == 2
+        boxes, places = held["boxes"][..., :3].astype(float), held["places"][:, None, :3].astype(float)
+        assert np.linalg.norm(boxes - places, axis=-1).min(1).max() < 0.02  # the object is one of the things
+
+
+def test_files_that_arrive_one_after_the_other_are_held_as_one(trainer, tmp_path):
+    command = [sys.executable, FOLDER / "render_frames.py", "--tasks", "seen:0-1", "--output", tmp_path]
+    options = ["--workers=1", "--files=3", "--rooms=1", "--glances=2"]
+    subprocess.run([*command, *options], check=True, capture_output=True)
+    text = trainer.load_perception(FOLDER).text.eval()
+    grows, is_large = trainer.Frames(trainer.Phrases(text)), trainer.Frames(trainer.Phrases(text), 20)
+    with ThreadPool(1) as pool:
+        for file in sorted(tmp_path.glob("*.npz")):
+            for frames in (grows, is_large):
+                frames.add(file, trainer.read_file(file, pool))
+    assert len(grows) == len(is_large) == 6
+    for name, values in grows.held.items():
+        assert torch.equal(values, is_large.held[name]), name
+    assert set(grows.draw(500).tolist()) == set(range(6))
+    phrases = grows.phrases
+    for text, row in phrases.row.items():
+        assert int(phrases.mirrored[row]) == phrases.row.get(mirrored_text(text), row), text

@@ -9,10 +9,11 @@ import io
 import json
 import sys
 import zlib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 from PIL import Image
 
 from hv_policy.belief.floor_patch import read_patches
@@ -21,12 +22,62 @@ THINGS, SPOTS = 20, 4
 QUALITY = 80
 
 
+class Packer:
+    """Takes frames, and makes of them what `train_on_gpu.py` reads."""
+
+    def __init__(self) -> None:
+        self._rows: dict[str, list[np.ndarray]] = {}
+        self._pictures: list[bytes] = []
+        self._texts: dict[str, int] = {}
+        self._names: dict[str, int] = {"": 0}
+
+    def add(
+        self,
+        columns: Mapping[str, Sequence[Any]],
+        pictures: Sequence[Image.Image],
+        texts: Sequence[str],
+        episodes: Sequence[str],
+    ) -> None:
+        """Frames, by the names of their columns, with the instruction and the episode of each."""
+        self._pictures += [_webp(picture) for picture in pictures]
+        landmarks = [_padded(json.loads(text), self._names) for text in columns["privileged.landmarks"]]
+        taken, known = read_patches(list(columns["privileged.floor"]))
+        found = {
+            "state": _half(columns["observation.state"]),
+            "places": _half(columns["privileged.places"]),
+            "rotation": _half(columns["privileged.object"])[:, 3:9],
+            "half_extents": _half(columns["privileged.half_extents"]),
+            "floor": np.packbits(taken.numpy(), axis=1),
+            "floor_known": known.numpy(),
+            "task": np.array([self._texts.setdefault(text, len(self._texts)) for text in texts], np.int32),
+            "episode": np.array([zlib.crc32(episode.encode()) for episode in episodes], np.int64),
+        }
+        for k, name in enumerate(("boxes", "box_name", "spots", "spot_name")):
+            found[name] = np.stack([row[k] for row in landmarks])
+        for name, values in found.items():
+            self._rows.setdefault(name, []).append(values)
+
+    def __len__(self) -> int:
+        return len(self._pictures)
+
+    def save(self, out: Path) -> None:
+        """Writes the file, all of it or nothing."""
+        held = {name: np.concatenate(values) for name, values in self._rows.items()}
+        held["sizes"] = np.array([len(picture) for picture in self._pictures], np.int32)
+        held["pictures"] = np.frombuffer(b"".join(self._pictures), np.uint8)
+        held["texts"], held["names"] = np.array(list(self._texts)), np.array(list(self._names))
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **held)
+        draft = out.with_suffix(".tmp")
+        draft.write_bytes(buffer.getvalue())
+        draft.replace(out)
+
+
 def main() -> None:
+    import pyarrow.parquet as pq
+
     out, stride, shards = Path(sys.argv[1]), int(sys.argv[2]), [Path(s) for s in sys.argv[3:]]
-    rows: dict[str, list[np.ndarray]] = {}
-    pictures: list[bytes] = []
-    texts: dict[str, int] = {}
-    names: dict[str, int] = {"": 0}
+    packer = Packer()
     for shard in shards:
         tasks = pq.read_table(shard / "meta" / "tasks.parquet").to_pandas()
         text_of = dict(zip(tasks["task_index"], tasks["task"] if "task" in tasks.columns else tasks.index, strict=True))
@@ -35,42 +86,20 @@ def main() -> None:
             column = {name: table[name].to_pylist()[::stride] for name in table.column_names}
             keep = [i for i, places in enumerate(column["privileged.places"]) if any(places)]
             column = {name: [values[i] for i in keep] for name, values in column.items()}
-            pictures += [_webp(picture["bytes"]) for picture in column["observation.images.head"]]
-            landmarks = [_padded(json.loads(text), names) for text in column["privileged.landmarks"]]
-            taken, known = read_patches(column["privileged.floor"])
-            found = {
-                "state": _half(column["observation.state"]),
-                "places": _half(column["privileged.places"]),
-                "rotation": _half(column["privileged.object"])[:, 3:9],
-                "half_extents": _half(column["privileged.half_extents"]),
-                "floor": np.packbits(taken.numpy(), axis=1),
-                "floor_known": known.numpy(),
-                "task": np.array([texts.setdefault(text_of[i], len(texts)) for i in column["task_index"]], np.int32),
-                "episode": np.array([zlib.crc32(f"{shard}/{i}".encode()) for i in column["episode_index"]], np.int64),
-            }
-            for k, name in enumerate(("boxes", "box_name", "spots", "spot_name")):
-                found[name] = np.stack([row[k] for row in landmarks])
-            for name, values in found.items():
-                rows.setdefault(name, []).append(values)
-    held = {name: np.concatenate(values) for name, values in rows.items()}
-    held["sizes"] = np.array([len(picture) for picture in pictures], np.int32)
-    held["pictures"] = np.frombuffer(b"".join(pictures), np.uint8)
-    held["texts"], held["names"] = np.array(list(texts)), np.array(list(names))
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **held)
-    draft = out.with_suffix(".tmp")
-    draft.write_bytes(buffer.getvalue())
-    draft.replace(out)
-    print(out, len(pictures), "frames", round(out.stat().st_size / 2**20, 1), "MiB")
+            pictures = [Image.open(io.BytesIO(p["bytes"])).convert("RGB") for p in column["observation.images.head"]]
+            episodes = [f"{shard}/{i}" for i in column["episode_index"]]
+            packer.add(column, pictures, [text_of[i] for i in column["task_index"]], episodes)
+    packer.save(out)
+    print(out, len(packer), "frames", round(out.stat().st_size / 2**20, 1), "MiB")
 
 
-def _half(values: list[list[float]]) -> np.ndarray:
+def _half(values: Sequence[Sequence[float]]) -> np.ndarray:
     return np.array(values, dtype=np.float16)
 
 
-def _webp(png: bytes) -> bytes:
+def _webp(picture: Image.Image) -> bytes:
     out = io.BytesIO()
-    Image.open(io.BytesIO(png)).convert("RGB").save(out, "WEBP", quality=QUALITY, method=2)
+    picture.save(out, "WEBP", quality=QUALITY, method=2)
     return out.getvalue()
 
 

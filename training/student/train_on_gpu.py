@@ -39,7 +39,7 @@ from hv_policy.word_features import FEATURE_DIM, MAX_PIECES
 PREFIX = "network.perception."
 SPOTS_A_PICTURE = 2
 MIRROR_SHARE = 0.35
-WEIGHTS = {"at": 0.5}
+WEIGHTS = {"at": 0.7, "dag": 2.5}
 """How often frames are drawn, by the beginning of their file's name; 1 for all others."""
 HELD_OUT, HELD_OUT_EVERY = "new", 25
 """Of files whose names begin so, one episode in so many is kept aside."""
@@ -70,8 +70,8 @@ class Phrases:
             self.row[text] = len(self.row)
         for start in range(0, len(new), 512):
             self._look_up(self.encoder.words_of(new[start : start + 512]))
-        others = [self.row.get(mirror.mirrored_text(text), row) for text, row in self.row.items()]
-        self.mirrored = torch.tensor(others, device=self.device)
+        others = [self.row.get(mirror.mirrored_text(text), self.row[text]) for text in new]
+        self.mirrored = torch.cat([self.mirrored, torch.tensor(others, dtype=torch.long, device=self.device)])
         return np.array([self.row[phrase] for phrase in phrases], dtype=np.int64)
 
     @torch.no_grad()
@@ -153,10 +153,18 @@ class Phrases:
 
 
 class Frames:
-    """All frames, on the device."""
+    """All frames, on the device.
 
-    def __init__(self, phrases: Phrases) -> None:
+    Args:
+        phrases: reads their names.
+        capacity: frames that there is room for from the start; more make it grow, which takes three times the room
+            while it does.
+    """
+
+    def __init__(self, phrases: Phrases, capacity: int = 0) -> None:
         self.phrases, self.device = phrases, phrases.device
+        self._capacity, self._count = capacity, 0
+        self._room: dict[str, Tensor] = {}
         self.held: dict[str, Tensor] = {}
         self.number_of_nothing = int(phrases.add([NAMELESS])[0])
         self._nothing = torch.tensor(self.number_of_nothing, device=self.device)
@@ -176,9 +184,18 @@ class Frames:
         aside = (held.pop("episode") % HELD_OUT_EVERY == 0) & file.name.startswith(HELD_OUT)
         weight = next((w for start, w in WEIGHTS.items() if file.name.startswith(start)), 1.0)
         held["aside"], held["weight"] = aside, np.where(aside, 0.0, weight)
+        count = self._count + len(aside)
         for name, values in held.items():
             more = torch.from_numpy(np.ascontiguousarray(values)).to(self.device)
-            self.held[name] = torch.cat([self.held[name], more]) if name in self.held else more
+            if name not in self._room or len(self._room[name]) < count:
+                rows = max(self._capacity, 2 * self._count, count)
+                grown = torch.empty(rows, *more.shape[1:], dtype=more.dtype, device=self.device)
+                if self._count:
+                    grown[: self._count] = self.held[name]
+                self._room[name] = grown
+            self._room[name][self._count : count] = more
+            self.held[name] = self._room[name][:count]
+        self._count = count
         total = self.held["weight"].cumsum(0)
         self._share = total / total[-1]
         self.aside = self.held["aside"].nonzero()[:, 0]
@@ -301,6 +318,7 @@ def main() -> None:
     parser.add_argument("--weight-decay", type=float, default=1e-2)
     parser.add_argument("--report-s", type=float, default=10.0)
     parser.add_argument("--decoders", type=int, default=multiprocessing.cpu_count())
+    parser.add_argument("--capacity", type=int, default=0, help="frames to make room for at once")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     torch.manual_seed(args.seed)
@@ -308,7 +326,7 @@ def main() -> None:
     pool = multiprocessing.get_context("fork").Pool(args.decoders)
     device = "cuda" if torch.cuda.is_available() else "cpu"
     perception = load_perception(args.init).to(device).train()
-    frames = Frames(Phrases(perception.text))
+    frames = Frames(Phrases(perception.text), args.capacity)
     args.output.mkdir(parents=True, exist_ok=True)
     arrived: queue.Queue[tuple[Path, dict[str, np.ndarray]]] = queue.Queue()
 
