@@ -6,6 +6,8 @@ walk), on a map that may be wrong. The side is the robot's own choice; asked for
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,11 +22,16 @@ RETREAT_M, RETREAT_CLEARANCE_M = 0.7, 0.25
 WIDEST_M = 0.52
 """Most between the hands."""
 _BACK_M = np.arange(0.0, 0.161, 0.04)
-_LACKING_COST, _WIDE_COST, _UNSEEN_COST, _HINT_COST, _CHANGE_COST = 30.0, 5.0, 1.0, 1.5, 0.7
+_LACKING_COST, _WIDE_COST, _UNSEEN_COST, _HINT_COST, _CHANGE_COST, _FAILED_COST = 30.0, 5.0, 1.0, 1.5, 0.7, 1.5
 """In metres of walking: a metre of missing room, an object too wide, a stand that was not seen yet, half a turn from
-what the network believes the side to be, and another side than before."""
+what the network believes the side to be, another side than before, and each time that it failed from there."""
 _FAR = 40.0
 """No walk counts for more: the map may be wrong."""
+
+
+def is_same_side(yaw_rad: float, other_rad: float) -> bool:
+    """Whether two ways to face are less than 45 degrees apart."""
+    return math.cos(yaw_rad - other_rad) >= math.cos(math.pi / 4)
 
 
 def stand_distance_m(depth_m: float, is_low: bool) -> float:
@@ -57,6 +64,7 @@ def choose_stand(
     hint_rad: float | None,
     before: Stand | None,
     keeps: bool,
+    failed_rad: Sequence[float] = (),
 ) -> Stand:
     """The best of C stands before a place.
 
@@ -67,6 +75,7 @@ def choose_stand(
         hint_rad: yaw that is likely by itself.
         before: what was chosen before.
         keeps: whether it is as far back as that; a robot that aligns with a stand must not see it move to and fro.
+        failed_rad: which way it faced when it did not work out.
     """
     window = reach.window
     backs = np.array([before.back_m]) if keeps and before is not None else _BACK_M
@@ -86,7 +95,8 @@ def choose_stand(
         if hint_rad is not None:
             cost += _HINT_COST * (1 - np.cos(yaw - hint_rad)) / 2
         if before is not None:
-            cost += _CHANGE_COST * float(np.cos(yaw - before.yaw_rad) < np.cos(np.pi / 4))
+            cost += _CHANGE_COST * (not is_same_side(float(yaw), before.yaw_rad))
+        cost += _FAILED_COST * sum(is_same_side(float(yaw), other) for other in failed_rad)
         if best is None or cost < best[0]:
             best = float(cost), Stand(np.array([*place, yaw]), number, float(backs[chosen]))
     assert best is not None

@@ -353,15 +353,34 @@ class Following:
         geometry = state.new_zeros(len(state), 600)
         before = self.memory.vector(view)
         phase = self._sure_of(decision.phase_logits(sights, geometry, before).argmax(-1), places_h)
-        bent = (self.memory.phase >= Phase.REACH) & (self.memory.phase <= Phase.RELEASE)
+        phase = self._elsewhere(phase)
+        before_this = self.memory.phase
+        bent = (before_this >= Phase.REACH) & (before_this <= Phase.RELEASE)
         self.rising_s = torch.where(
             bent & (phase == Phase.APPROACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
         )
-        self._look_again(self.memory.advance(phase, view))
+        lost = self.memory.advance(phase, view)
+        for env in (lost & (before_this == Phase.LIFT)).nonzero()[:, 0].tolist():
+            self.wayfinder.fail(env)
+        self._look_again(lost)
         vector = self.memory.vector(view)
         action = decision(sights, hand_anchors(view, vector), geometry, vector)
         self.memory.tick()
         return decision.from_units(action)
+
+    def _elsewhere(self, phase: Tensor) -> Tensor:
+        """(N,) the phase that comes next, but who could not reach the object from a side, twice, goes to another one.
+
+        Something that the map does not show is in the way there: to align with the same stand again ends the same way.
+        """
+        now = self.memory.phase
+        impatient = self.memory.clock_s > self.belief.config.patience_s
+        failed = (now == Phase.REACH) & (phase < Phase.REACH)
+        failed |= (now == Phase.ALIGN) & (phase == Phase.APPROACH) & impatient
+        for env in failed.nonzero()[:, 0].tolist():
+            if self.wayfinder.fail(env) > 1:
+                phase[env] = int(Phase.APPROACH)
+        return phase
 
     def _look_again(self, lost: Tensor) -> None:
         """Where the object is `lost` (N,) bool it may be elsewhere, and may be looked for as at the beginning."""

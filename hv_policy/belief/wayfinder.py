@@ -24,7 +24,7 @@ from hv_policy.belief.places import (
     SPAN,
     WAY_DIM,
 )
-from hv_policy.belief.stands import Stand, choose_stand
+from hv_policy.belief.stands import Stand, choose_stand, is_same_side
 from hv_policy.belief.ways import Reach, Way, Window, place_to_look_from, room_here, step_back, way_to, way_to_stand
 from hv_policy.decision.view import Phase
 
@@ -60,6 +60,7 @@ class Wayfinder:
         self._back_to = np.zeros((num, 3))
         self._picks: list[Stand | None] = [None] * num
         self._places: list[Stand | None] = [None] * num
+        self._failed_rad: list[list[float]] = [[] for _ in range(num)]
         self._looked_from: list[list[np.ndarray]] = [[] for _ in range(num)]
         self._reaches: list[tuple[Reach, np.ndarray, int] | None] = [None] * num
 
@@ -70,8 +71,16 @@ class Wayfinder:
     def forget(self, env: int) -> None:
         """Environment `env` has something else to do; the floor is still the same."""
         self._legs[env] = self._paths[env] = None
-        self._looked_from[env] = []
+        self._looked_from[env], self._failed_rad[env] = [], []
         self._picks[env] = self._places[env] = self._reaches[env] = None
+
+    def fail(self, env: int) -> int:
+        """The object could not be taken from where environment `env` stands; how often that was so on this side."""
+        pick, failed = self._picks[env], self._failed_rad[env]
+        if pick is None:
+            return 0
+        failed.append(pick.yaw_rad)
+        return sum(is_same_side(pick.yaw_rad, other) for other in failed)
 
     def place_to_look_from(self, env: int, pose: Tensor, reach_m: float) -> Tensor:
         """(2,) where environment `env` goes next, having looked all round at `pose` (3,) in vain."""
@@ -142,7 +151,8 @@ class Wayfinder:
             at = places[OBJECT].double().numpy()
             extents = yaws.double().numpy(), depths.numpy(), widths.numpy()
             reach = self._reach(env, evidence, robot[:2], at[:2], KEEP_OFF_M)
-            pick = self._picks[env] = choose_stand(reach, at, *extents, hint, before, aligns)
+            failed = self._failed_rad[env]
+            pick = self._picks[env] = choose_stand(reach, at, *extents, hint, before, aligns, failed)
             _put(settled, PICK, PICK_TURN, pick.xy_yaw)
             left = torch.tensor([-np.sin(pick.yaw_rad), np.cos(pick.yaw_rad)]).float()
             settled[SPAN] = torch.cat([widths[pick.number] / 2 * left, torch.zeros(1)])

@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
 import torch
@@ -17,6 +18,7 @@ from hv_policy.belief.floor_patch import patch_points, write_patch
 from hv_policy.belief.labels import LABELS
 from hv_policy.belief.perception import GOAL_QUERY, OBJECT_QUERY, measurement_loss
 from hv_policy.belief.places import GOAL, OBJECT, PICK, PLACE, to_frame
+from hv_policy.belief.stands import Stand
 from hv_policy.belief.student import BeliefNetwork
 from hv_policy.decision.view import Phase
 from hv_policy.modeling_hv import HVPolicy
@@ -245,6 +247,25 @@ def test_nothing_is_reached_for_that_may_be_elsewhere_and_nothing_for_ever(state
     lifting = torch.tensor([int(Phase.LIFT)] * 2)
     following.memory.phase[:] = lifting
     assert following._sure_of(lifting, near).tolist() == lifting.tolist()
+
+
+def test_who_cannot_reach_from_one_side_twice_goes_to_another(states):
+    policy, batch = sure_believer(states)
+    policy.select_action(batch)
+    following, stand = policy.student.following, Stand(np.array([1.0, 0.0, 0.0]), 0, 0.0)
+    following.wayfinder._picks = [stand, stand]
+    following.memory.clock_s[:] = 1.0
+    goes_back = torch.tensor([int(Phase.ALIGN), int(Phase.SQUEEZE)])
+    following.memory.phase[:] = int(Phase.REACH)
+    assert following._elsewhere(goes_back.clone()).tolist() == goes_back.tolist()
+    assert following._elsewhere(goes_back.clone()).tolist() == [int(Phase.APPROACH), int(Phase.SQUEEZE)]
+    following.memory.phase[:] = int(Phase.ALIGN)
+    walks = torch.full((2,), int(Phase.APPROACH))
+    following._elsewhere(walks)
+    assert following.wayfinder.fail(1) == 1  # had not been patient yet
+    following.memory.clock_s[:] = 9.0
+    following._elsewhere(walks)
+    assert following.wayfinder.fail(1) == 3
 
 
 def test_a_stand_that_is_far_is_walked_to(states):

@@ -17,10 +17,10 @@ def along(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return x[:, None] & y[None]
 
 
-def choose(evidence, robot, at, depth=0.3, width=0.3, hint=None, before=None, keeps=False):
+def choose(evidence, robot, at, depth=0.3, width=0.3, hint=None, before=None, keeps=False, failed=()):
     depths, widths = np.broadcast_to(depth, 4), np.broadcast_to(width, 4)
     reach = Reach.of(evidence, np.array(robot), np.array(at)[:2], 0.3)
-    stand = choose_stand(reach, np.array(at), YAWS, depths, widths, hint, before, keeps)
+    stand = choose_stand(reach, np.array(at), YAWS, depths, widths, hint, before, keeps, failed)
     return stand.xy_yaw, stand.number
 
 
@@ -67,3 +67,11 @@ def test_a_side_that_is_near_but_behind_a_barrier_is_not_taken():
     pocket = along((MIDDLES > -1.6) & (MIDDLES < -0.2), (MIDDLES > 0.4) & (MIDDLES < 0.6))
     assert choose(floor_with(np.zeros((CELLS, CELLS), bool)), [-2.2, 0.0], [0.0, 0.0, 0.9])[1] == 0
     assert choose(floor_with(barrier | pocket), [-2.2, 0.0], [0.0, 0.0, 0.9])[1] != 0
+
+
+def test_where_it_did_not_work_out_another_side_is_worth_a_detour():
+    free, at = floor_with(np.zeros((CELLS, CELLS), bool)), [0.0, 0.0, 0.9]
+    assert choose(free, [-2.0, 0.2], at)[1] == 0
+    assert choose(free, [-2.0, 0.2], at, failed=[0.1])[1] == 3
+    assert choose(free, [-2.0, 0.2], at, failed=[0.1, -np.pi / 2])[1] == 0  # the other one is a long way
+    assert choose(free, [-2.0, 0.2], at, failed=[0.0, 0.1, -np.pi / 2])[1] == 1

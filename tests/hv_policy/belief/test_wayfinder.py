@@ -97,6 +97,30 @@ def test_stands_follow_from_where_things_are_and_a_side_is_kept_once_it_is_faced
     assert torch.equal(carried[PICK], settled[PICK])
 
 
+def test_a_side_that_failed_is_left_until_there_is_something_else_to_do():
+    finder, known = Wayfinder(2), places((9.0, 9.0), (9.0, 9.0))
+    finder.floor.evidence[:] = -4.0
+    known[OBJECT] = torch.tensor([2.0, 0.0, 0.9])
+    known[14:16] = torch.tensor([0.9, 0.1])
+    square, compass = torch.tensor([0.45, 0.0, 0.45]), torch.tensor([1.0, 0.0])
+
+    def faces(phase: Phase) -> list[int]:
+        turn = finder.settle(0, pose(0, 0.3), known, square, compass, phase)[PICK_TURN]
+        return turn.round().int().tolist()
+
+    assert finder.fail(0) == 0  # it stands nowhere yet
+    assert faces(Phase.APPROACH) == [1, 0]
+    assert finder.fail(0) == 1
+    assert finder.fail(0) == 2
+    assert finder.fail(1) == 0
+    assert faces(Phase.ALIGN) == [1, 0]
+    assert faces(Phase.APPROACH) == [0, -1]
+    assert finder.fail(0) == 1
+    assert faces(Phase.APPROACH) == [0, 1]
+    finder.forget(0)
+    assert faces(Phase.APPROACH) == [1, 0]
+
+
 def test_a_copy_goes_its_own_way():
     finder = Wayfinder(1)
     finder.go_on(0, pose(0, 0), places(), Phase.APPROACH, None)
