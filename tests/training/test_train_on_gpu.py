@@ -13,7 +13,7 @@ import torch
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from hv_policy.belief.mirror import mirrored_text
-from hv_policy.belief.other_tasks import SHAPES, sentence
+from hv_policy.belief.other_tasks import ALL_SHAPES, sentence
 from hv_sim.suites import load_suite
 from hv_teachers.corrected_student import load_student
 from hv_teachers.expert import PlannerExpert
@@ -45,10 +45,12 @@ def test_sentences_put_together_are_read_as_whole_ones(trainer):
     phrases = trainer.Phrases(text)
     things, spots = ["the red waste bin", "the extraordinarily old armchair"], ["on the bookcase", "to the left of it"]
     rows = torch.from_numpy(phrases.add([*things, *spots]))
-    shapes = torch.from_numpy(phrases.add([part for shape in SHAPES for part in shape])).view(-1, 3)
-    for k in (0, 4, 8, 9):
+    shapes = torch.from_numpy(phrases.add([part for shape in ALL_SHAPES for part in shape])).view(-1, 3)
+    for k in (0, 4, 8, 9, len(ALL_SHAPES) - 1):
         before, between, after = shapes[k]
-        joined = torch.stack([torch.stack([before, rows[i], between, rows[2 + i], after]) for i in range(2)])
+        order = (0, 2) if k < len(ALL_SHAPES) - 1 else (2, 0)  # the last one begins with the spot
+        parts = [[before, rows[order[0] + i], between, rows[order[1] + i], after] for i in range(2)]
+        joined = torch.stack([torch.stack(part) for part in parts])
         with torch.no_grad():
             tokens, is_word = phrases.read_joined(joined)
             wanted, is_wanted = text([sentence(things[i], spots[i], k) for i in range(2)])

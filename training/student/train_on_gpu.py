@@ -28,7 +28,7 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor
 
 from hv_policy.belief import mirror
-from hv_policy.belief.other_tasks import SHAPES, choose_tasks
+from hv_policy.belief.other_tasks import ALL_SHAPES, SHAPES, choose_tasks
 from hv_policy.belief.perception import Perception
 from hv_policy.belief.perception_loss import NAMELESS, OtherTask, Shown, Things, Truth, perception_loss
 from hv_policy.belief.perception_size import PERCEPTIONS
@@ -168,7 +168,7 @@ class Frames:
         self.held: dict[str, Tensor] = {}
         self.number_of_nothing = int(phrases.add([NAMELESS])[0])
         self._nothing = torch.tensor(self.number_of_nothing, device=self.device)
-        parts = phrases.add([part for shape in SHAPES for part in shape])
+        parts = phrases.add([part for shape in ALL_SHAPES for part in shape])
         self.shapes = torch.from_numpy(parts).view(-1, 3).to(self.device)
 
     def add(self, file: Path, held: dict[str, np.ndarray]) -> None:
@@ -267,6 +267,7 @@ class Frames:
         at = torch.arange(len(boxes), device=self.device)
         before, between, after = self.shapes[shape].unbind(1)
         told = named(torch.stack([row["box_name"][at, thing], row["spot_name"][at, spot]], 1))
+        told = torch.where(shape[:, None] < len(SHAPES), told, told.flip(1))
         sentence = torch.stack([before, told[:, 0], between, told[:, 1], after], 1)
         words, is_word = self.phrases.read_joined(sentence)
         return OtherTask(words, is_word, possible, boxes[at, thing], spots[at, spot])

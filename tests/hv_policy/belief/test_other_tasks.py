@@ -1,14 +1,44 @@
+import re
+
 import torch
 
-from hv_policy.belief.other_tasks import SHAPES, choose_tasks, sentence
+from hv_policy.belief.mirror import mirrored_text
+from hv_policy.belief.other_tasks import ALL_SHAPES, SHAPES, choose_tasks, sentence
+from hv_sim.instructions import LATER_UNSEEN_SHAPES, UNSEEN_SHAPES
+
+KEPT = "shift relocate transfer leave leaving depositing setting grab fetch mind nice hoping ends".split()
+"""What the instructions of unseen tasks are made with."""
 
 
 def test_sentences_name_the_thing_and_the_spot_and_nothing_twice():
-    told = [sentence("the red bin", "to the left of the sofa", k) for k in range(len(SHAPES))]
-    assert len(set(told)) == len(SHAPES)
+    told = [sentence("the red bin", "to the left of the sofa", k) for k in range(len(ALL_SHAPES))]
+    assert len(set(told)) == len(ALL_SHAPES)
     for line in told:
         assert line.count("the red bin") == line.count("to the left of the sofa") == 1
         assert "  " not in line
+
+
+def test_the_spot_comes_first_in_some():
+    for k in range(len(ALL_SHAPES)):
+        told = sentence("the red bin", "beside the sofa", k)
+        assert (told.index("bin") < told.index("sofa")) == (k < len(SHAPES)), told
+
+
+def test_what_is_kept_for_unseen_tasks_is_not_taught():
+    def words(text: str) -> str:
+        return " ".join(re.findall(r"[a-z']+", text.lower()))
+
+    told = [words(sentence("THING", "SPOT", k)) for k in range(len(ALL_SHAPES))]
+    assert not [line for line in told if set(line.split()) & set(KEPT)]
+    for shape in UNSEEN_SHAPES + LATER_UNSEEN_SHAPES:
+        filled = re.sub(r"{(at|to|where)}", "SPOT", re.sub(r"{[oa]}", "THING", shape), flags=re.IGNORECASE)
+        assert words(filled) not in told
+
+
+def test_shapes_are_the_same_in_the_mirror():
+    for k in range(len(ALL_SHAPES)):
+        told = sentence("the bin", "on the desk", k)
+        assert mirrored_text(told) == told
 
 
 def test_only_what_has_a_name_is_asked_for_and_mostly_what_is_small_and_in_view():
@@ -23,6 +53,6 @@ def test_only_what_has_a_name_is_asked_for_and_mostly_what_is_small_and_in_view(
     assert share[0] > 0.5 > share[1] > share[2] >= 0
     assert (spot == 0).all()
     assert exists.all()
-    assert len(shape.unique()) == len(SHAPES)
+    assert len(shape.unique()) == len(ALL_SHAPES)
     assert not choose_tasks(has_name, in_view, half, torch.zeros_like(spots))[3].any()
     assert not choose_tasks(torch.zeros_like(has_name), in_view, half, spots)[3].any()
