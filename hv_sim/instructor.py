@@ -68,6 +68,7 @@ class Instructor:
             raise ValueError(
                 f"num_subtasks: {num_subtasks!r} is not valid; valid: one integer >= 1 for each environment"
             )
+        self._index: tuple[tuple[int, int], Tensor] | None = None
         self.num_finished = torch.zeros_like(self.num_subtasks)
         """(N,) sub-tasks finished so far; `num_subtasks` once all are."""
         self.steps_since_instruction = torch.zeros_like(self.num_subtasks)
@@ -78,7 +79,11 @@ class Instructor:
     @property
     def subtask_index(self) -> Tensor:
         """(N,) index of the sub-task whose instruction is in force; the last one's stays when all are finished."""
-        return torch.minimum(self.num_finished, self.num_subtasks - 1)
+        # both change in place only, and this is asked for a dozen times a step
+        versions = self.num_finished._version, self.num_subtasks._version
+        if self._index is None or self._index[0] != versions:
+            self._index = versions, torch.minimum(self.num_finished, self.num_subtasks - 1)
+        return self._index[1]
 
     @property
     def finished(self) -> Tensor:
@@ -121,7 +126,8 @@ class Instructor:
             holds &= robot_object_distance_m > config.min_robot_object_distance_m
         self.steps_held = torch.where(running, (self.steps_held + 1) * holds, self.steps_held)
         switched = holds & (self.steps_held >= config.hold_steps)
-        self.num_finished += switched
-        self.steps_since_instruction[switched] = 0
-        self.steps_held[switched] = 0
+        if switched.any():
+            self.num_finished += switched
+            self.steps_since_instruction[switched] = 0
+            self.steps_held[switched] = 0
         return switched

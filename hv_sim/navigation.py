@@ -314,26 +314,26 @@ class RoomToMove:
             if id(scene) not in known:
                 known[id(scene)] = torch.as_tensor(scene.occupancy.clearance_m(), dtype=torch.float32).clamp(max=FAR_M)
         size = [max(field.shape[k] for field in known.values()) for k in range(2)]
-        self._field = torch.zeros(len(known), *size)
+        self._field = torch.zeros(len(known), *size, 3)
+        """(R, X, Y, 3) distance, and how it grows along x and y."""
         number = {}
         for i, (key, field) in enumerate(known.items()):
-            self._field[i, : field.shape[0], : field.shape[1]] = field
+            self._field[i, : field.shape[0], : field.shape[1], 0] = field
             number[key] = i
+        distance = self._field[..., 0]
+        for axis in (1, 2):
+            low, high = ((torch.arange(size[axis - 1]) + step).clamp(0, size[axis - 1] - 1) for step in (-2, 2))
+            self._field[..., axis] = distance.index_select(axis, high) - distance.index_select(axis, low)
         self._which = torch.tensor([number[id(scene)] for scene in scenes])
         self._origin = torch.tensor(np.stack([s.occupancy.origin_m for s in scenes]), dtype=torch.float32)
-        self._cell_m = scenes[0].occupancy.cell_m
+        self._cell_m, self._most = scenes[0].occupancy.cell_m, torch.tensor(size) - 1
 
     def __call__(self, xy_m: Tensor) -> tuple[Tensor, Tensor]:
         """See `Navigator.room`; `xy_m` is (N, 2) or (N, 3)."""
         cell = torch.floor((xy_m[:, :2] - self._origin) / self._cell_m).long()
-
-        def at(dx: int, dy: int) -> Tensor:
-            i = (cell[:, 0] + dx).clamp(0, self._field.shape[1] - 1)
-            j = (cell[:, 1] + dy).clamp(0, self._field.shape[2] - 1)
-            return self._field[self._which, i, j]
-
-        slope = torch.stack([at(2, 0) - at(-2, 0), at(0, 2) - at(0, -2)], -1)
-        return at(0, 0), slope / slope.norm(dim=-1, keepdim=True).clamp(min=1e-3)
+        found = self._field[self._which, *cell.clamp(min=0).minimum(self._most).unbind(-1)]
+        slope = found[:, 1:]
+        return found[:, 0], slope / slope.norm(dim=-1, keepdim=True).clamp(min=1e-3)
 
 
 def stand_distance_m(depth_m: float, support_height_m: float) -> float:
@@ -384,8 +384,8 @@ def _stand(
     ahead = np.array([np.cos(yaw), np.sin(yaw)])
     distances = nearest + np.arange(0.0, STEP_BACK_M + 1e-9, 0.02)
     places = position_w[:2] - distances[:, None] * ahead
-    room = np.array([clearance_m[grid.cell_of(p)] for p in places])
-    enough = room >= EASY_CLEARANCE_M
+    at = grid.cells_of(places)
+    enough = clearance_m[at[:, 0], at[:, 1]] >= EASY_CLEARANCE_M
     chosen = int(enough.argmax()) if enough.any() else 0
     return np.array([*places[chosen], yaw])
 
@@ -400,10 +400,11 @@ def _lacking_room_m(grid: OccupancyGrid, clearance_m: np.ndarray, stand: np.ndar
 def _back_off(free: OccupancyGrid, stand: np.ndarray) -> np.ndarray:
     """(2,) the first free place straight behind a stand pose, within a metre, else the nearest free place."""
     backward = -np.array([np.cos(stand[2]), np.sin(stand[2])])
-    for step in np.arange(_STEP_OFF_M, _BACK_OFF_M + 1e-9, free.cell_m):
-        point = stand[:2] + step * backward
-        if not free.cells[free.cell_of(point)]:
-            return point
+    points = stand[:2] + np.arange(_STEP_OFF_M, _BACK_OFF_M + 1e-9, free.cell_m)[:, None] * backward
+    at = free.cells_of(points)
+    clear = ~free.cells[at[:, 0], at[:, 1]]
+    if clear.any():
+        return points[clear.argmax()]
     return free.origin_m + (np.array(nearest_free(free, stand[:2])) + 0.5) * free.cell_m
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import heapq
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
@@ -27,6 +27,8 @@ LOOKAHEAD_M = 0.8
 """The current waypoint lies at most so far ahead along the path; nearer where the straight line there is narrower."""
 ASIDE_M = 0.05
 """How much nearer to furniture than the path itself the straight line to the current waypoint may lead."""
+_DIAGONAL = 2.0**0.5
+_NEIGHBORS = ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
 @dataclass(frozen=True)
@@ -45,9 +47,13 @@ class OccupancyGrid:
 
     def cell_of(self, xy_m: Point) -> tuple[int, int]:
         """The cell that holds a point, or the nearest one of the grid."""
-        index = np.floor((np.asarray(xy_m, dtype=float)[:2] - self.origin_m) / self.cell_m).astype(int)
-        i, j = np.clip(index, 0, np.asarray(self.cells.shape) - 1)
-        return int(i), int(j)
+        i, j = self.cells_of(np.asarray(xy_m, dtype=float)[:2]).tolist()
+        return i, j
+
+    def cells_of(self, points_m: np.ndarray) -> np.ndarray:
+        """(..., 2) int64 the cells that hold points (..., 2), or the nearest ones of the grid."""
+        index = np.floor((points_m - self.origin_m) / self.cell_m).astype(int)
+        return np.minimum(np.maximum(index, 0), np.array(self.cells.shape) - 1)
 
     def is_taken(self, points_m: np.ndarray) -> np.ndarray:
         """(P,) bool whether points (P, 2) lie in taken cells; what is beyond the grid is taken."""
@@ -74,9 +80,15 @@ class OccupancyGrid:
 
     def with_discs(self, centers_m: Iterable[Sequence[float]], radii_m: Iterable[float]) -> OccupancyGrid:
         """The grid with discs taken as well, for movable objects."""
-        cells, points = self.cells.copy(), self.centers_m()
+        cells = self.cells.copy()
         for center, radius in zip(centers_m, radii_m, strict=True):
-            cells |= np.square(points - np.asarray(center, dtype=float)[:2]).sum(-1) <= radius**2
+            middle = np.asarray(center, dtype=float)[:2]
+            (i, j), (k, m) = self.cells_of(middle + np.array([[-radius], [radius]])).tolist()
+            x, y = (
+                self.origin_m[axis] + (np.arange(low, high + 1) + 0.5) * self.cell_m - middle[axis]
+                for axis, low, high in ((0, i, k), (1, j, m))
+            )
+            cells[i : k + 1, j : m + 1] |= x[:, None] ** 2 + y**2 <= radius**2
         return OccupancyGrid(self.origin_m, self.cell_m, cells)
 
 
@@ -142,7 +154,7 @@ def lookahead(points: np.ndarray, clearance_m: np.ndarray, grid: OccupancyGrid) 
     May: the line comes no nearer to furniture than the path does there, less `ASIDE_M`.
     """
     count, most = len(points), round(LOOKAHEAD_M / WAYPOINT_M)
-    at = np.array([grid.cell_of(p) for p in points])
+    at = grid.cells_of(points)
     room = clearance_m[at[:, 0], at[:, 1]]
     farthest = np.minimum(np.arange(count) + 1, count - 1)
     open_so_far = np.ones(count, dtype=bool)
@@ -152,8 +164,7 @@ def lookahead(points: np.ndarray, clearance_m: np.ndarray, grid: OccupancyGrid) 
         ends = np.minimum(np.arange(count) + ahead, count - 1)
         least = np.minimum(least, room[ends])
         line = points + share * (points[ends] - points)
-        index = np.floor((line - grid.origin_m) / grid.cell_m).astype(int)
-        index = np.clip(index, 0, np.asarray(grid.cells.shape) - 1)
+        index = grid.cells_of(line)
         along = clearance_m[index[..., 0], index[..., 1]].min(0)
         open_so_far &= along >= least - ASIDE_M
         farthest = np.where(open_so_far, np.maximum(farthest, ends), farthest)
@@ -185,52 +196,53 @@ def _a_star(
     A step counts as its length times the `weight` (X, Y), at least 1, of the cell that it leads to.
     """
     rows, width = taken.shape
-    diagonal = 2.0**0.5
     di, dj = np.abs(np.arange(rows)[:, None] - goal[0]), np.abs(np.arange(width) - goal[1])
     # a ring of taken cells around everything, so that no neighbour has to be looked for outside
-    lefts = np.pad(np.maximum(di, dj) + (diagonal - 1.0) * np.minimum(di, dj), 1).ravel().tolist()
-    blocked = np.pad(taken, 1, constant_values=True).ravel().tolist()
-    counts = np.pad(np.ones(taken.shape) if weight is None else weight, 1).ravel().tolist()
+    left = np.pad(np.maximum(di, dj) + (_DIAGONAL - 1.0) * np.minimum(di, dj), 1).ravel()
+    blocked = np.pad(taken, 1, constant_values=True).ravel()
+    counts = np.pad(np.ones(taken.shape) if weight is None else weight, 1).ravel()
     width += 2
     first, last = ((cell[0] + 1) * width + cell[1] + 1 for cell in (start, goal))
-    straight = (-width, width, -1, 1)
-    diagonals = [(up + aside, up, aside) for up in (-width, width) for aside in (-1, 1)]
-    cost, parent = [math.inf] * len(blocked), {first: first}
+    nodes = _search(blocked, counts, left, width, first, last)
+    return [(node // width - 1, node % width - 1) for node in nodes.tolist()]
+
+
+@numba.njit(cache=True)
+def _search(
+    blocked: np.ndarray, counts: np.ndarray, left: np.ndarray, width: int, first: int, last: int
+) -> np.ndarray:  # pragma: no cover, it runs compiled
+    """Nodes of the way, numbered along rows of `width`; `left` is what a way from there costs at least."""
+    cost, parent = np.full(len(blocked), np.inf), np.full(len(blocked), -1)
     cost[first] = 0.0
     closed = blocked.copy()
     closed[first] = False  # also where it is taken
-    heap = [(lefts[first], first)]
-    nearest, nearest_left = first, lefts[first]
-    while heap:
+    heap = [(left[first], first)]
+    nearest = first
+    while len(heap):
         node = heapq.heappop(heap)[1]
         if closed[node]:
             continue
         closed[node] = True
-        if lefts[node] < nearest_left:
-            nearest, nearest_left = node, lefts[node]
+        if left[node] < left[nearest]:
+            nearest = node
         if node == last:
             break
-        here = cost[node]
-        for offset in straight:
-            neighbor = node + offset
-            if closed[neighbor]:
+        for di, dj in _NEIGHBORS:
+            neighbor = node + di * width + dj
+            if closed[neighbor] or (di and dj and (blocked[node + di * width] or blocked[node + dj])):
                 continue
-            reached = here + counts[neighbor]
+            reached = cost[node] + (_DIAGONAL if di and dj else 1.0) * counts[neighbor]
             if reached < cost[neighbor]:
                 cost[neighbor], parent[neighbor] = reached, node
-                heapq.heappush(heap, (reached + lefts[neighbor], neighbor))
-        for offset, up, aside in diagonals:
-            neighbor = node + offset
-            if closed[neighbor] or blocked[node + up] or blocked[node + aside]:
-                continue
-            reached = here + diagonal * counts[neighbor]
-            if reached < cost[neighbor]:
-                cost[neighbor], parent[neighbor] = reached, node
-                heapq.heappush(heap, (reached + lefts[neighbor], neighbor))
-    path = [nearest]
-    while path[-1] != first:
-        path.append(parent[path[-1]])
-    return [(node // width - 1, node % width - 1) for node in reversed(path)]
+                heapq.heappush(heap, (reached + left[neighbor], neighbor))
+    length, node = 1, nearest
+    while node != first:
+        length, node = length + 1, parent[node]
+    way = np.empty(length, dtype=np.int64)
+    node = nearest
+    for i in range(length - 1, -1, -1):
+        way[i], node = node, parent[node]
+    return way
 
 
 def _smoothed(grid: OccupancyGrid, points: np.ndarray, reach: int = 6) -> np.ndarray:
@@ -238,8 +250,7 @@ def _smoothed(grid: OccupancyGrid, points: np.ndarray, reach: int = 6) -> np.nda
     padded = np.vstack([np.repeat(points[:1], reach, 0), points, np.repeat(points[-1:], reach, 0)])
     sums = np.vstack([np.zeros(2), padded.cumsum(0)])
     means = (sums[2 * reach + 1 :] - sums[: -2 * reach - 1]) / (2 * reach + 1)
-    index = np.floor((means - grid.origin_m) / grid.cell_m).astype(int)
-    index = np.clip(index, 0, np.asarray(grid.cells.shape) - 1)
+    index = grid.cells_of(means)
     free = ~grid.cells[index[:, 0], index[:, 1]]
     free[[0, -1]] = False
     return np.where(free[:, None], means, points)

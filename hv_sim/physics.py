@@ -139,7 +139,10 @@ def state_of(
             out["rot"][ids, rows] = view["xmat"][:, bodies].reshape(n, -1, 3, 3)
             out["ang_vel"][ids, rows] = angular
             # cvel is the velocity of the point at the root's centre of mass, rotation first (MuJoCo, "mjData.cvel")
-            out["lin_vel"][ids, rows] = spatial[..., 3:] + np.cross(angular, position - com)
+            lever, linear = position - com, spatial[..., 3:].copy()
+            for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):  # np.cross takes three times as long
+                linear[..., a] += angular[..., b] * lever[..., c] - angular[..., c] * lever[..., b]
+            out["lin_vel"][ids, rows] = linear
         joint_pos[ids], joint_vel[ids] = view["qpos"][:, 7:ROBOT_NQ], view["qvel"][:, 6:ROBOT_NV]
         found = view["sensordata"][:, address] > 0
         contact[ids], height[ids] = found, np.where(found, view["sensordata"][:, address + 3], 0.0)

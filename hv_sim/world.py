@@ -91,6 +91,7 @@ class RearrangeWorld:
         self._half_extents = _pad([torch.as_tensor(s.half_extents_m) for s in self.scenes], objects).float()
 
         self._rows = torch.arange(self.num_envs)
+        self._current: tuple[Tensor, Tensor, Tensor] | None = None
         self._shape_of = torch.full((self.num_envs,), -1)
         self._shape = self._bps[:, 0], self._half_extents[:, 0]
         self.episode_step = torch.zeros(self.num_envs, dtype=torch.int64)
@@ -142,7 +143,10 @@ class RearrangeWorld:
     @property
     def object_index(self) -> Tensor:
         """(N,) object of the current sub-task."""
-        return self.subtask_object[self._rows, self.subtask_index]
+        index, objects = self.subtask_index, self.subtask_object
+        if self._current is None or self._current[0] is not index or self._current[1] is not objects:
+            self._current = index, objects, objects[self._rows, index]
+        return self._current[2]
 
     def instructions(self) -> list[str]:
         """The instruction in force in each environment; the episode's seed picks one of its phrasings."""

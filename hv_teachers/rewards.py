@@ -88,6 +88,11 @@ class RewardInputs:
         """(N,) how far the object is from its goal: half of the terms ask."""
         return (self.object_pos - self.goal_pos).norm(dim=-1)
 
+    @cached_property
+    def robot_object_m(self) -> Tensor:
+        """(N,) how far the pelvis is from the object, horizontally."""
+        return (self.root_pos - self.object_pos)[:, :2].norm(dim=-1)
+
 
 def surface_points(bps: Tensor, half_extents: Tensor) -> Tensor:
     """(N, 200, 3) points on the objects' surfaces, m, object frame, from basis point sets (N, 200, 3) in the unit ball.
@@ -208,7 +213,7 @@ def retreat_rewards(x: RewardInputs, config: RetreatRewardConfig) -> dict[str, T
     The robot's distance is horizontal, as the instructor measures it: a torso is a metre above a thing on the floor
     without having left it.
     """
-    robot = (x.root_pos - x.object_pos)[:, :2].norm(dim=-1)
+    robot = x.robot_object_m
     hand = hand_distances_m(x).amin(-1)
     robot_term = _or_one(1.0 - torch.exp(-0.5 * robot), robot > config.robot_object_m)
     hand_term = _or_one(1.0 - torch.exp(-0.5 * hand), hand > config.hand_object_m)
@@ -241,15 +246,14 @@ def rotation_angle_rad(a: Tensor, b: Tensor) -> Tensor:
 
     By atan2 of sine and cosine: the arc cosine alone loses its digits near 0.
     """
-    r = a.mT @ b
-    cosine = (r.diagonal(dim1=-2, dim2=-1).sum(-1) - 1.0) / 2.0
-    axis = torch.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]], -1)
+    # of a.mT @ b: its trace, and what it has more on one side of the diagonal than on the other
+    cosine = ((a * b).sum((-2, -1)) - 1.0) / 2.0
+    axis = torch.linalg.cross(a, b).sum(-2)
     return torch.atan2(axis.norm(dim=-1) / 2.0, cosine)
 
 
 def _approached(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
-    near = (x.object_pos - x.root_pos)[:, :2].norm(dim=-1) < c.near_object_m
-    return near | at_goal(x, c)
+    return (x.robot_object_m < c.near_object_m) | at_goal(x, c)
 
 
 def _direction(vector: Tensor) -> Tensor:
@@ -257,7 +261,7 @@ def _direction(vector: Tensor) -> Tensor:
 
 
 def _or_one(reward: Tensor, saturated: Tensor) -> Tensor:
-    return torch.where(saturated, torch.ones_like(reward), reward)
+    return torch.where(saturated, 1.0, reward)
 
 
 def _refuse_negative(config: object, where: str) -> None:

@@ -36,12 +36,12 @@ class RouteViews:
 
     def follow(self, world: RearrangeWorld) -> Tensor:
         """Takes over what was planned since the last call; returns the ids (n,) of environments with a new route."""
-        changed = []
-        for i, route in enumerate(world.navigator.routes):
-            if route is self._routes[i] or route is None:
-                continue
+        pairs = enumerate(zip(world.navigator.routes, self._routes, strict=True))
+        changed = [i for i, (route, known) in pairs if route is not known and route is not None]
+        for i in changed:
+            route = world.navigator.routes[i]
+            assert route is not None
             self._routes[i] = route
-            changed.append(i)
             self.pick_stand[i] = torch.as_tensor(route.pick_stand_xy_yaw, dtype=torch.float32)
             self.place_stand[i] = torch.as_tensor(route.place_stand_xy_yaw, dtype=torch.float32)
             self.grasp_o[i] = torch.tensor(np.asarray(route.grasp_o), dtype=torch.float32).flip(0)

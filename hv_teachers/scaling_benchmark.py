@@ -18,16 +18,20 @@ import torch
 from tqdm import tqdm
 
 from hv_policy.decision.network import DecisionConfig, DecisionNetwork
+from hv_policy.motor.embodiment import CONTROL_DT_S
 from hv_policy.motor.prior import load_shipped_motor_prior
 from hv_sim.benchmark import BareBatches
-from hv_sim.humanoid import ROBOT_NQ
 from hv_sim.task import Task
 from hv_teachers.engines import Slice
 from hv_teachers.expert import expert_maker
 from hv_teachers.recording import RecordingConfig
+from hv_teachers.routes import replan_routes
 from hv_teachers.sharded_recording import record_shards
+from hv_teachers.teacher import Decision
 from hv_teachers.teacher_env import TeacherEnv, TeacherEnvConfig
 
+SECONDS_PER_SUBTASK = 25.0
+"""What the planner takes for a sub-task, in the mean."""
 _BLOCK_STEPS = 10
 _MB = 1e6
 
@@ -37,10 +41,12 @@ def benchmark_teacher_env(
 ) -> dict[str, float]:
     """Control steps/s of the practice environment, and of bare `mujoco.batch` on the same scenes with the same targets.
 
-    A step of the environment is `look` and `act`: routes, everything that teachers and critics see, the step itself,
-    rewards, style windows, instructor, ends and beginnings of episodes. The motor prior, a network below the teachers'
-    own, is timed beside it; labels and networks are not in it. They take turns every few steps, and of each turn the
-    best of `rounds` counts: other load on the machine then hurts neither more.
+    A step of the environment is `look` and `act`: everything that teachers and critics see, the step itself, rewards,
+    style windows, instructor, ends and beginnings of episodes. All do what the planner does in its first seconds, from
+    a recording of its joint targets. They take turns every few steps, and of each turn the best of `rounds` counts:
+    other load on the machine then hurts neither more. Routes are planned where a sub-task begins, which is seldom; they
+    are timed by themselves and counted as one in `SECONDS_PER_SUBTASK` for each environment. The motor prior, a
+    network below the teachers' own, is timed beside it; labels and networks are not in it.
 
     Args:
         tasks: repeated in turn over the environments.
@@ -50,8 +56,9 @@ def benchmark_teacher_env(
         rounds: repetitions.
 
     Returns:
-        `env_steps_per_s`, `bare_steps_per_s`, their ratio `share_of_bare`; `share_of_bare_with_prior`, the ratio if
-        the motor prior is counted; and the settings.
+        `env_steps_per_s` with routes, `bare_steps_per_s`, their ratio `share_of_bare`; `share_of_bare_without_routes`;
+        `share_of_bare_with_prior`, the ratio if routes and the motor prior are counted; `route_ms`, what planning one
+        takes; and the settings.
 
     Raises:
         ValueError: a number is below 1.
@@ -63,41 +70,58 @@ def benchmark_teacher_env(
     config = TeacherEnvConfig(num_envs=num_envs, num_threads=num_threads)
     env = TeacherEnv([tasks[i % len(tasks)] for i in range(num_envs)], config, teacher, prior, seed=0)
     bare = BareBatches(env.world, num_threads)
-    standing = torch.tensor(np.stack([s.initial_qpos[7:ROBOT_NQ] for s in env.world.scenes]), dtype=torch.float32)
-    targets = standing + 0.05 * torch.randn(num_steps, num_envs, 28, generator=torch.Generator().manual_seed(0))
-    actions = DecisionNetwork(teacher).to_units(targets)
     everyone, intent = torch.arange(num_envs), torch.zeros(num_envs, 14)
+    actions = _planned_actions(env, num_steps)
+    targets = [DecisionNetwork(teacher).from_units(action).double().numpy() for action in actions]
     blocks = range(0, num_steps, _BLOCK_STEPS)
-    seconds = np.empty((3, rounds, len(blocks)))
+    seconds, route_s = np.empty((3, rounds, len(blocks))), np.empty(rounds)
     for r in tqdm(range(rounds), desc=f"practice, {num_envs} environments", leave=False):
+        env.episodes.zero_()  # the same episodes again
         env.begin(everyone)
         env.forget_sight()
         bare.reset()
+        start = time.perf_counter()
+        replan_routes(env.world, everyone)
+        route_s[r] = (time.perf_counter() - start) / num_envs
         for b, first in enumerate(blocks):
-            block = targets[first : first + _BLOCK_STEPS].double().numpy()
             start = time.perf_counter()
             with torch.no_grad():
                 for action in actions[first : first + _BLOCK_STEPS]:
                     env.act(env.look(), action)
             between = time.perf_counter()
-            for row in block:
+            for row in targets[first : first + _BLOCK_STEPS]:
                 bare.step(row)
             after = time.perf_counter()
             with torch.no_grad():
-                for _ in block:
+                for _ in actions[first : first + _BLOCK_STEPS]:
                     prior(env.look().proprioception, intent)
             seconds[:, r, b] = between - start, after - between, time.perf_counter() - after
     env_s, bare_s, prior_s = seconds.min(axis=1).sum(axis=1)
     steps = num_envs * num_steps
+    with_routes_s = env_s + route_s.min() * steps * CONTROL_DT_S / SECONDS_PER_SUBTASK
     return {
-        "env_steps_per_s": steps / env_s,
+        "env_steps_per_s": steps / with_routes_s,
         "bare_steps_per_s": steps / bare_s,
-        "share_of_bare": bare_s / env_s,
-        "share_of_bare_with_prior": bare_s / (env_s + prior_s),
+        "share_of_bare": bare_s / with_routes_s,
+        "share_of_bare_without_routes": bare_s / env_s,
+        "share_of_bare_with_prior": bare_s / (with_routes_s + prior_s),
+        "route_ms": 1000 * route_s.min(),
         "num_envs": num_envs,
         "num_steps": num_steps,
         "num_threads": num_threads or (os.cpu_count() or 1),
     }
+
+
+def _planned_actions(env: TeacherEnv, num_steps: int) -> list[torch.Tensor]:
+    """(N, 28) joint targets, in the networks' units, of the planner's first control steps in an environment's tasks."""
+    actions, everyone = [], torch.ones(env.num_envs, dtype=torch.bool)
+    with torch.no_grad():
+        for _ in tqdm(range(num_steps), desc="recording what to do", leave=False):
+            seen = env.look()
+            label = env.label(seen)
+            actions.append(env.follow(label, everyone, Decision(label.anchors, label.memory, label.action)))
+            env.act(seen, actions[-1])
+    return actions
 
 
 def benchmark_recording(

@@ -19,7 +19,7 @@ from tqdm import tqdm
 
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.prior import MotorPrior
-from hv_sim.observations import Heading, rotation_6d
+from hv_sim.observations import Heading
 from hv_sim.physics import PhysicsState
 from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
@@ -31,6 +31,7 @@ WINDOW_FRAMES = 10
 # the twelve links that joints turn (the hands are fixed to the forearms), and what each is turned against
 JOINT_LINKS = [1, 2, 3, 4, 6, 7, 9, 10, 11, 12, 13, 14]
 JOINT_PARENTS = [0, 1, 1, 3, 1, 6, 0, 9, 10, 0, 12, 13]
+_LINKS, _PARENTS = torch.tensor(JOINT_LINKS), torch.tensor(JOINT_PARENTS)
 END_EFFECTORS = [*body.HANDS, *body.FEET, body.HEAD]
 
 
@@ -46,20 +47,30 @@ def style_frame(state: PhysicsState, object_pos_w: Tensor, heading: Heading | No
         heading: of the robots, if at hand.
     """
     heading = Heading.of(state) if heading is None else heading
-    parent, link = state.link_rot_w[:, JOINT_PARENTS], state.link_rot_w[:, JOINT_LINKS]
     return torch.cat(
         [
             state.link_pos_w[:, 0, 2:],
             heading.rotate(state.link_lin_vel_w[:, 0]),
             heading.rotate(state.link_ang_vel_w[:, 0]),
             heading.rotate_6d(state.link_rot_w[:, :1]).flatten(1),
-            rotation_6d(parent.mT @ link).flatten(1),
+            _joint_rotations(state.link_rot_w),
             state.joint_vel,
             heading.relative(state.link_pos_w[:, END_EFFECTORS]).flatten(1),
             heading.relative(object_pos_w[:, None])[:, 0],
         ],
         -1,
     )
+
+
+def _joint_rotations(link_rot: Tensor) -> Tensor:
+    """(N, 72) the first two columns of each joint's link against its parent, from rotations (N, 15, 3, 3).
+
+    By component, environments side by side: a product of matrices so small takes four times as long.
+    """
+    by_entry = link_rot.permute(2, 3, 1, 0).contiguous()  # (3, 3, 15, N)
+    parent, link = by_entry.index_select(2, _PARENTS), by_entry.index_select(2, _LINKS)[:, :2]
+    columns = sum((parent[k, :, None] * link[k] for k in range(3)), torch.zeros(1))  # (3, 2, 12, N)
+    return columns.permute(3, 2, 1, 0).flatten(1)
 
 
 class StyleHistory:

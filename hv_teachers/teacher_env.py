@@ -144,7 +144,9 @@ class TeacherEnv:
         """(N,) episodes begun so far."""
         self.start_height = torch.zeros(self.num_envs)
         self._height_of = torch.full((self.num_envs,), -1)
-        self._points, self._points_of = torch.zeros(self.num_envs, 200, 3), torch.full((self.num_envs,), -1)
+        # (N, 200, 3), the coordinates of each axis side by side: so the rewards read them
+        self._points = torch.zeros(self.num_envs, 3, 200).mT
+        self._points_of = torch.full((self.num_envs,), -1)
         self._seen: Sight | None = None
         self.ended: dict[str, float] = {}
         """Sums over the episodes that ended in the last step."""

@@ -176,13 +176,17 @@ def _memory(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _practice_table(rows: list[dict[str, Any]]) -> str:
+    from hv_teachers.scaling_benchmark import SECONDS_PER_SUBTASK
+
     [r] = rows
-    with_prior = r["share_of_bare_with_prior"]
+    with_prior, without = r["share_of_bare_with_prior"], r["share_of_bare_without_routes"]
     return (
         f"| {r['num_envs']} environments, {r['num_threads']} threads | control steps/s | of bare |\n|---|---|---|\n"
         f"| bare `mujoco.batch`, the same scenes | {r['bare_steps_per_s']:,.0f} | |\n"
         "| practice, observations and rewards included |"
-        f" {r['env_steps_per_s']:,.0f} | **{r['share_of_bare']:.0%}** |\n"
+        f" {without * r['bare_steps_per_s']:,.0f} | **{without:.0%}** |\n"
+        f"| with routes, one in {SECONDS_PER_SUBTASK:.0f} s, {r['route_ms']:.1f} ms each |"
+        f" {r['env_steps_per_s']:,.0f} | {r['share_of_bare']:.0%} |\n"
         f"| with the motor prior | {with_prior * r['bare_steps_per_s']:,.0f} | {with_prior:.0%} |\n"
     )
 
