@@ -10,8 +10,8 @@ from torch import Tensor
 from tqdm import tqdm
 
 from hv_policy.motor import embodiment as body
+from hv_policy.motor.intent import HEIGHT, PITCH, VELOCITY, neutral_intent
 from hv_policy.motor.prior import MotorPrior
-from hv_policy.motor.reference import HEIGHT, PITCH, VELOCITY, neutral_intent
 from hv_sim.metrics import is_fallen
 from hv_sim.observations import Heading
 from hv_teachers.motor_env import MotorEnv, MotorEnvConfig

@@ -14,19 +14,10 @@ from torch import Tensor
 
 from hv_policy.decision.view import Phase, TaskView
 from hv_policy.motor import embodiment as body
+from hv_policy.motor.intent import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, neutral_intent
 from hv_policy.motor.kinematics import rotate_xy
 from hv_policy.motor.prior import MotorPrior, MotorStep
-from hv_policy.motor.reference import (
-    GAZE,
-    HEIGHT,
-    LEFT_HAND,
-    PITCH,
-    RIGHT_HAND,
-    SQUEEZE,
-    feet_ahead,
-    neutral_intent,
-    standing_pose,
-)
+from hv_policy.motor.reference import feet_ahead, standing_pose
 from hv_policy.motor.symmetry import POLAR, Reflection
 from hv_sim.humanoid import ROBOT_NQ
 from hv_sim.metrics import is_fallen

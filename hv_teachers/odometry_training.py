@@ -12,8 +12,8 @@ from torch import Tensor
 from tqdm import tqdm
 
 from hv_policy.belief.odometry import CORRECTION_UNIT_RAD, Odometry, features, rate_turn
+from hv_policy.motor.intent import HEIGHT, VELOCITY, neutral_intent
 from hv_policy.motor.prior import load_shipped_motor_prior
-from hv_policy.motor.reference import HEIGHT, VELOCITY, neutral_intent
 from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
 from hv_teachers.teacher import load_shipped_teacher

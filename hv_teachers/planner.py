@@ -15,7 +15,7 @@ from torch import Tensor
 
 from hv_policy.decision.view import Phase, TaskView
 from hv_policy.motor.embodiment import CONTROL_DT_S, HAND_RADIUS_M
-from hv_policy.motor.reference import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, VELOCITY, neutral_intent
+from hv_policy.motor.intent import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, VELOCITY, neutral_intent
 from hv_teachers.postures import reach_posture
 
 

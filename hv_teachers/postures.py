@@ -6,7 +6,8 @@ import torch
 from torch import Tensor
 
 from hv_policy.motor.embodiment import FOREARM_M, SHOULDER_OFFSET_M, TORSO_OFFSET_M, UPPER_ARM_M
-from hv_policy.motor.reference import PELVIS_PITCH_SHARE, feet_ahead
+from hv_policy.motor.gait import PELVIS_PITCH_SHARE
+from hv_policy.motor.reference import feet_ahead
 
 REACH_M = UPPER_ARM_M + FOREARM_M - 0.07
 """From shoulder to hand, the elbow far from straight: with 2 cm instead of 7 the hands ended 3 cm short."""

@@ -39,9 +39,9 @@ from hv_policy.decision.network import DecisionConfig, DecisionNetwork, hand_anc
 from hv_policy.decision.view import Phase
 from hv_policy.decision.weights import load_decision
 from hv_policy.motor.embodiment import CONTROL_DT_S
+from hv_policy.motor.intent import GAZE, VELOCITY
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_policy.motor.proprioception import BodyState, read_proprioception
-from hv_policy.motor.reference import GAZE, VELOCITY
 
 DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"

@@ -21,7 +21,7 @@ from hv_policy.batch_invariant import BatchInvariantLinear
 from hv_policy.decision.memory import NUM_PHASES, VECTOR_DIM
 from hv_policy.decision.view import TaskView, to_heading
 from hv_policy.motor import embodiment as body
-from hv_policy.motor.reference import (
+from hv_policy.motor.intent import (
     GAZE,
     HEIGHT,
     INTENT_HIGH,

@@ -1,48 +1,58 @@
-"""Batched forward and inverse kinematics of the humanoid's arms and legs. Pairs of limbs are stacked (right, left)."""
+"""Batched forward and inverse kinematics of the humanoid's arms and legs. Pairs of limbs are stacked (right, left).
+
+What takes many small operations runs compiled, robot by robot, on the tensors' own memory.
+"""
 
 from __future__ import annotations
 
+import math
+
+import numba
+import numpy as np
 import torch
 from torch import Tensor
 
 from hv_policy.motor import embodiment as body
+from hv_policy.motor.vectors import (
+    Columns,
+    Vector,
+    about_y,
+    about_z,
+    add,
+    clip,
+    columns_at,
+    cross,
+    dot,
+    hinge_angles,
+    hinges_xyz,
+    norm,
+    product,
+    scaled,
+    sub,
+    transposed_product,
+    transposed_times,
+    unit,
+    vector_at,
+)
 
+Array = np.ndarray
 ELBOW_OUT_GAIN = 0.4
 """rad/m: how strongly the arms' spare joint turns the elbows outward in one iteration."""
 
 _SIDE = torch.tensor([-1.0, 1.0])
+_THIGH, _SHIN, _FOOT = tuple(body.THIGHS), tuple(body.SHINS), tuple(body.FEET)
+_ARM_LOW, _ARM_HIGH = (limit.numpy()[body.ARM_JOINTS] for limit in (body.JOINT_LOW, body.JOINT_HIGH))
 
 
-def euler_matrix(angles: Tensor) -> Tensor:
-    """Rotation of three serial hinges x, y, z: Rx(a) Ry(b) Rz(c). angles (..., 3) rad -> (..., 3, 3)."""
-    (sx, sy, sz), (cx, cy, cz) = angles.sin().unbind(-1), angles.cos().unbind(-1)
-    sxsy, cxsy = sx * sy, cx * sy
-    rows = [
-        cy * cz, -cy * sz, sy,
-        cx * sz + sxsy * cz, cx * cz - sxsy * sz, -sx * cy,
-        sx * sz - cxsy * cz, sx * cz + cxsy * sz, cx * cy,
-    ]  # fmt: skip
-    return torch.stack(rows, -1).unflatten(-1, (3, 3))
-
-
-def euler_angles(rotation: Tensor) -> Tensor:
-    """Serial hinge angles x, y, z of a rotation, |y| <= 90 degrees. (..., 3, 3) -> (..., 3) rad."""
-    y = rotation[..., 0, 2].clamp(-1, 1).asin()
-    x = torch.atan2(-rotation[..., 1, 2], rotation[..., 2, 2])
-    z = torch.atan2(-rotation[..., 0, 1], rotation[..., 0, 0])
-    return torch.stack([x, y, z], -1)
+def as_arrays(*tensors: Tensor) -> list[np.ndarray]:
+    """What tensors on the CPU hold, in C order, for compiled code: their own memory where they are so already."""
+    return [tensor.detach().contiguous().numpy() for tensor in tensors]
 
 
 def rotation_y(angle: Tensor) -> Tensor:
     """Rotation about y, (...) rad -> (..., 3, 3)."""
     c, s, o = angle.cos(), angle.sin(), torch.zeros_like(angle)
     return torch.stack([c, o, s, o, o + 1, o, -s, o, c], -1).unflatten(-1, (3, 3))
-
-
-def rotation_z(angle: Tensor) -> Tensor:
-    """Rotation about z, (...) rad -> (..., 3, 3)."""
-    c, s, o = angle.cos(), angle.sin(), torch.zeros_like(angle)
-    return torch.stack([c, -s, o, s, c, o, o, o, o + 1], -1).unflatten(-1, (3, 3))
 
 
 def rotate_xy(angle: Tensor, vector: Tensor) -> Tensor:
@@ -69,10 +79,8 @@ def leg_inverse_kinematics(hip: Tensor, ankle: Tensor, pelvis_rot: Tensor, foot_
     """Joint angles that bring the ankles to given places with flat soles.
 
     Analytic: the knee from the distance, the hip's x and y from the thigh's direction, its z from the leg's plane.
-    Where
-    the thigh points straight ahead of the pelvis (hip y = -90 degrees) x is not determined by the direction; it is
-    damped
-    there, so that a deep squat passes the singularity with a small sideways error instead of a jump.
+    Where the thigh points straight ahead of the pelvis (hip y = -90 degrees) x is not determined by the direction; it
+    is damped there, so that a deep squat passes the singularity with a small sideways error instead of a jump.
 
     Args:
         hip, ankle: (N, 2, 3) in one frame. pelvis_rot: (N, 3, 3) in it. foot_yaw: (N, 2) rad in it.
@@ -80,29 +88,58 @@ def leg_inverse_kinematics(hip: Tensor, ankle: Tensor, pelvis_rot: Tensor, foot_
     Returns:
         (N, 2, 7) hip xyz, knee, ankle xyz in rad.
     """
-    to_ankle = ankle - hip
-    distance = to_ankle.norm(dim=-1).clamp(min=1e-6)
-    up = -to_ankle / distance[..., None]
+    angles = hip.new_empty(len(hip), 2, 7)
+    _legs(*as_arrays(hip, ankle, pelvis_rot[:, None], foot_yaw, angles))
+    return angles
+
+
+@numba.njit(cache=True)
+def _legs(hip: Array, ankle: Array, pelvis_rot: Array, foot_yaw: Array, angles: Array) -> None:
+    """Writes `angles` of `leg_inverse_kinematics`; the pelvis' rotation is (N, 1, 3, 3)."""
     upper, lower = body.THIGH_M, body.SHIN_M
-    length = distance.clamp(0.25, upper + lower - 0.003)
-    knee = torch.pi - ((upper**2 + lower**2 - length**2) / (2 * upper * lower)).clamp(-1, 1).acos()
-    lead = ((upper**2 + length**2 - lower**2) / (2 * upper * length)).clamp(-1, 1).acos()
-    zero = torch.zeros_like(foot_yaw)
-    forward = torch.stack([foot_yaw.cos(), foot_yaw.sin(), zero], -1)
-    side = torch.linalg.cross(up, forward)
-    side = side / side.norm(dim=-1, keepdim=True).clamp(min=1e-6)
-    plane = torch.stack([torch.linalg.cross(side, up), side, up], -1)
-    in_pelvis = pelvis_rot[:, None].mT @ (plane @ rotation_y(-lead))
-    thigh = -in_pelvis[..., 2]
-    dx, dy, dz = thigh.unbind(-1)
-    x = (dy * -dz / (dz * dz + 0.02)).clamp(-1.0, 1.0)
-    y = -torch.atan2(dx, dy * x.sin() - dz * x.cos())
-    twist = euler_matrix(torch.stack([x, y, zero], -1)).mT @ in_pelvis
-    z = torch.atan2(twist[..., 1, 0], twist[..., 0, 0])
-    hip_angles = torch.stack([x, y, z], -1)
-    shin_rot = pelvis_rot[:, None] @ euler_matrix(hip_angles) @ rotation_y(knee)
-    ankle_angles = euler_angles(shin_rot.mT @ rotation_z(foot_yaw))
-    return torch.cat([hip_angles, knee[..., None], ankle_angles], -1)
+    for i in range(len(hip)):
+        pelvis = columns_at(pelvis_rot, i, 0)
+        for side in range(2):
+            yaw = np.float64(foot_yaw[i, side])
+            to_ankle = sub(vector_at(ankle, i, side), vector_at(hip, i, side))
+            distance = max(norm(to_ankle), 1e-6)
+            up = scaled(to_ankle, -1.0 / distance)
+            length = clip(distance, 0.25, upper + lower - 0.003)
+            knee = math.pi - math.acos(clip((upper**2 + lower**2 - length**2) / (2 * upper * lower), -1.0, 1.0))
+            lead = math.acos(clip((upper**2 + length**2 - lower**2) / (2 * upper * length), -1.0, 1.0))
+            across = unit(cross(up, (math.cos(yaw), math.sin(yaw), 0.0)), 1e-6)
+            plane = (cross(across, up), across, up)
+            thigh = transposed_product(pelvis, product(plane, about_y(-lead)))
+            dx, dy, dz = -thigh[2][0], -thigh[2][1], -thigh[2][2]
+            x = clip(dy * -dz / (dz * dz + 0.02), -1.0, 1.0)
+            y = -math.atan2(dx, dy * math.sin(x) - dz * math.cos(x))
+            forward = transposed_times(hinges_xyz(x, y, 0.0), thigh[0])
+            z = math.atan2(forward[1], forward[0])
+            shin = product(product(pelvis, hinges_xyz(x, y, z)), about_y(knee))
+            foot = hinge_angles(transposed_product(shin, about_z(yaw)))
+            for k, angle in enumerate((x, y, z, knee, foot[0], foot[1], foot[2])):
+                angles[i, side, k] = angle
+
+
+def arm_inverse_kinematics(
+    shoulder: Tensor, torso_rot: Tensor, target: Tensor, angles: Tensor, preferred: Tensor, iterations: int = 2
+) -> Tensor:
+    """Moves arm angles toward hand targets: damped least squares, elbows out in its null space.
+
+    Differential, from the angles given, because the shoulder's three hinges lock where the arm points ahead of the
+    torso and an arm has one joint to spare: continuity and joint limits matter more than exactness in one step. The
+    spare joint turns the elbow outward, so that hands that press an object's sides arrive before the forearms touch
+    its edges.
+
+    Args:
+        shoulder, target: (N, 2, 3). torso_rot: (N, 3, 3). angles, preferred: (N, 2, 4) rad.
+
+    Returns:
+        (N, 2, 4) within the joint limits.
+    """
+    moved = angles.clone(memory_format=torch.contiguous_format)
+    _arms(*as_arrays(shoulder, torso_rot[:, None], target, moved, preferred), iterations)
+    return moved
 
 
 def arm_forward_kinematics(
@@ -117,79 +154,104 @@ def arm_forward_kinematics(
         hand (N, 2, 3), its Jacobian (N, 2, 3, 4) in m/rad, elbow (N, 2, 3) and its Jacobian, in the frame of the
         inputs.
     """
-    upper_rot = torso_rot[:, None] @ euler_matrix(angles[..., :3])
-    elbow = shoulder - upper_rot[..., 2] * body.UPPER_ARM_M
-    bend = angles[..., 3:]
+    n = len(shoulder)
+    found = [shoulder.new_empty(n, 2, *shape) for shape in ((3,), (3, 4), (3,), (3, 4))]
+    _reach(*as_arrays(shoulder, torso_rot[:, None], angles, *found))
+    return found[0], found[1], found[2], found[3]
+
+
+@numba.njit(cache=True)
+def _reach(
+    shoulder: Array, torso_rot: Array, angles: Array, hand: Array, hand_jacobian: Array, elbow: Array,
+    elbow_jacobian: Array,
+) -> None:  # fmt: skip
+    """Writes what `arm_forward_kinematics` returns; the torso's rotation is (N, 1, 3, 3)."""
+    for i in range(len(shoulder)):
+        torso = columns_at(torso_rot, i, 0)
+        for side in range(2):
+            to_elbow, to_hand, axes = _arm_at(torso, angles, i, side)
+            of_hand, of_elbow = _hand_jacobian(to_elbow, to_hand, axes), _elbow_jacobian(to_elbow, axes)
+            for k in range(3):
+                elbow[i, side, k] = shoulder[i, side, k] + to_elbow[k]
+                hand[i, side, k] = shoulder[i, side, k] + to_hand[k]
+                for joint in range(4):
+                    hand_jacobian[i, side, k, joint] = of_hand[joint][k]
+                    elbow_jacobian[i, side, k, joint] = of_elbow[joint][k]
+
+
+@numba.njit(cache=True)
+def _arm_at(torso: Columns, angles: Array, i: int, side: int) -> tuple[Vector, Vector, tuple[Vector, ...]]:
+    """Elbow and hand from the shoulder, and the directions of the four hinges: shoulder x, y, z, and the elbow."""
+    x, bend = np.float64(angles[i, side, 0]), np.float64(angles[i, side, 3])
+    upper = product(torso, hinges_xyz(x, np.float64(angles[i, side, 1]), np.float64(angles[i, side, 2])))
+    to_elbow = scaled(upper[2], -body.UPPER_ARM_M)
     # the forearm points along -z turned by the elbow about y
-    forearm = -(upper_rot[..., 0] * bend.sin() + upper_rot[..., 2] * bend.cos())
-    hand = elbow + forearm * body.FOREARM_M
-    sx, cx = angles[..., :1].sin(), angles[..., :1].cos()
-    axis_y = torso_rot[:, None, :, 1] * cx + torso_rot[:, None, :, 2] * sx
-    axis_x = torso_rot[:, None, :, 0].expand_as(axis_y)
-    zero = torch.zeros_like(axis_y)
-    axes = torch.stack([axis_x, axis_y, upper_rot[..., 2], upper_rot[..., 1]], -2)
-    arm = hand - shoulder
-    levers = torch.stack([arm, arm, arm, hand - elbow], -2)
-    upper = elbow - shoulder
-    elbow_levers = torch.stack([upper, upper, zero, zero], -2)
-    return hand, torch.linalg.cross(axes, levers).mT, elbow, torch.linalg.cross(axes, elbow_levers).mT
+    forearm = add(scaled(upper[0], -math.sin(bend)), scaled(upper[2], -math.cos(bend)))
+    second = add(scaled(torso[1], math.cos(x)), scaled(torso[2], math.sin(x)))
+    return to_elbow, add(to_elbow, scaled(forearm, body.FOREARM_M)), (torso[0], second, upper[2], upper[1])
 
 
-def arm_inverse_kinematics(
-    shoulder: Tensor, torso_rot: Tensor, target: Tensor, angles: Tensor, preferred: Tensor, iterations: int = 2
-) -> Tensor:
-    """Moves arm angles toward hand targets: damped least squares, elbows out in its null space.
-
-    Differential, from the angles given, because the shoulder's three hinges lock where the arm points ahead of the
-    torso
-    and an arm has one joint to spare: continuity and joint limits matter more than exactness in one step. The spare
-    joint
-    turns the elbow outward, so that hands that press an object's sides arrive before the forearms touch its edges.
-
-    Args:
-        shoulder, target: (N, 2, 3). torso_rot: (N, 3, 3). angles, preferred: (N, 2, 4) rad.
-
-    Returns:
-        (N, 2, 4) within the joint limits.
-    """
-    low = torch.stack([body.JOINT_LOW[j] for j in body.ARM_JOINTS]).to(angles)
-    high = torch.stack([body.JOINT_HIGH[j] for j in body.ARM_JOINTS]).to(angles)
-    # an arm cannot reach beyond its length: pull the target in so that the elbow stays a little bent
-    reach = target - shoulder
-    distance = reach.norm(dim=-1, keepdim=True).clamp(min=1e-6)
-    target = shoulder + reach / distance * distance.clamp(0.12, body.UPPER_ARM_M + body.FOREARM_M - 0.01)
-    damping = 0.0025 * torch.eye(3, dtype=angles.dtype, device=angles.device)
-    outward = torso_rot[:, None, :, 1] * side_sign(angles)[:, None] - 0.3 * torso_rot[:, None, :, 0]
-    for _ in range(iterations):
-        hand, jacobian, _, elbow_jacobian = arm_forward_kinematics(shoulder, torso_rot, angles)
-        gram = jacobian @ jacobian.mT + damping
-        bias = 0.03 * (preferred - angles) + ELBOW_OUT_GAIN * (elbow_jacobian.mT @ outward[..., None])[..., 0]
-        wanted = (target - hand)[..., None] - jacobian @ bias[..., None]
-        solution = torch.linalg.solve(gram, wanted)
-        change = bias + (jacobian.mT @ solution)[..., 0]
-        angles = (angles + change.clamp(-0.35, 0.35)).clamp(low, high)
-    return angles
+@numba.njit(cache=True)
+def _hand_jacobian(to_elbow: Vector, to_hand: Vector, axes: tuple[Vector, ...]) -> tuple[Vector, ...]:
+    forearm = sub(to_hand, to_elbow)
+    return cross(axes[0], to_hand), cross(axes[1], to_hand), cross(axes[2], to_hand), cross(axes[3], forearm)
 
 
-def leg_axes(pelvis_rot: Tensor, thigh_rot: Tensor, shin_rot: Tensor, foot_rot: Tensor) -> Tensor:
-    """Directions of the seven hinge axes of each leg, (N, 2, 7, 3), in the frame of the rotations.
+@numba.njit(cache=True)
+def _elbow_jacobian(to_elbow: Vector, axes: tuple[Vector, ...]) -> tuple[Vector, ...]:
+    """The upper arm does not move the elbow by turning about itself, nor does the elbow."""
+    zero = (0.0, 0.0, 0.0)
+    return cross(axes[0], to_elbow), cross(axes[1], to_elbow), zero, zero
 
-    Args:
-        pelvis_rot: (N, 3, 3). thigh_rot, shin_rot, foot_rot: (N, 2, 3, 3).
-    """
 
-    def second_axis(parent: Tensor, child: Tensor) -> Tensor:
-        # the y hinge is perpendicular to the parent's x and to the child's z; |x| < 90 degrees fixes its sign
-        axis = torch.linalg.cross(child[..., 2], parent[..., 0])
-        axis = axis / axis.norm(dim=-1, keepdim=True).clamp(min=1e-4)
-        return axis * torch.where((axis * parent[..., 1]).sum(-1, keepdim=True) < 0, -1.0, 1.0)
+@numba.njit(cache=True)
+def _arms(shoulder: Array, torso_rot: Array, target: Array, angles: Array, preferred: Array, iterations: int) -> None:
+    """Moves `angles` of `arm_inverse_kinematics` in place; the torso's rotation is (N, 1, 3, 3)."""
+    longest = body.UPPER_ARM_M + body.FOREARM_M - 0.01
+    for i in range(len(shoulder)):
+        torso = columns_at(torso_rot, i, 0)
+        for side in range(2):
+            at = vector_at(shoulder, i, side)
+            # an arm cannot reach beyond its length: pull the target in so that the elbow stays a little bent
+            reach = sub(vector_at(target, i, side), at)
+            distance = max(norm(reach), 1e-6)
+            goal = add(at, scaled(reach, clip(distance, 0.12, longest) / distance))
+            outward = sub(scaled(torso[1], 2.0 * side - 1.0), scaled(torso[0], 0.3))
+            for _ in range(iterations):
+                to_elbow, to_hand, axes = _arm_at(torso, angles, i, side)
+                jacobian, elbow_jacobian = _hand_jacobian(to_elbow, to_hand, axes), _elbow_jacobian(to_elbow, axes)
+                wanted = sub(goal, add(at, to_hand))
+                bias = np.empty(4)
+                g0, g1, g2 = (0.0025, 0.0, 0.0), (0.0, 0.0025, 0.0), (0.0, 0.0, 0.0025)
+                for k in range(4):
+                    j = jacobian[k]
+                    bias[k] = 0.03 * (preferred[i, side, k] - angles[i, side, k])
+                    bias[k] += ELBOW_OUT_GAIN * dot(elbow_jacobian[k], outward)
+                    wanted = sub(wanted, scaled(j, bias[k]))
+                    g0, g1, g2 = add(g0, scaled(j, j[0])), add(g1, scaled(j, j[1])), add(g2, scaled(j, j[2]))
+                # Cramer's rule: the matrix is symmetric and well away from singular
+                c0, c1, c2 = cross(g1, g2), cross(g2, g0), cross(g0, g1)
+                solution = scaled((dot(c0, wanted), dot(c1, wanted), dot(c2, wanted)), 1.0 / dot(g0, c0))
+                for k in range(4):
+                    change = clip(bias[k] + dot(jacobian[k], solution), -0.35, 0.35)
+                    angles[i, side, k] = clip(angles[i, side, k] + change, _ARM_LOW[side, k], _ARM_HIGH[side, k])
 
-    parent = pelvis_rot[:, None].expand_as(thigh_rot)
-    axes = [
-        parent[..., 0], second_axis(parent, thigh_rot), thigh_rot[..., 2], thigh_rot[..., 1],
-        shin_rot[..., 0], second_axis(shin_rot, foot_rot), foot_rot[..., 2],
-    ]  # fmt: skip
-    return torch.stack(axes, -2)
+
+@numba.njit(cache=True)
+def leg_axes_at(rot: Array, i: int, side: int) -> tuple[Vector, ...]:
+    """Directions of the seven hinges of robot i's leg (0: right, 1: left), from its links' rotations (N, 15, 3, 3)."""
+    pelvis, thigh = columns_at(rot, i, body.PELVIS), columns_at(rot, i, _THIGH[side])
+    shin, foot = columns_at(rot, i, _SHIN[side]), columns_at(rot, i, _FOOT[side])
+    return (
+        pelvis[0], _second_axis(pelvis, thigh[2]), thigh[2], thigh[1], shin[0], _second_axis(shin, foot[2]), foot[2]
+    )  # fmt: skip
+
+
+@numba.njit(cache=True)
+def _second_axis(parent: Columns, child_z: Vector) -> Vector:
+    """A y hinge: perpendicular to the parent's x and to the child's z; |x| < 90 degrees fixes its sign."""
+    axis = unit(cross(child_z, parent[0]), 1e-4)
+    return scaled(axis, -1.0 if dot(axis, parent[1]) < 0 else 1.0)
 
 
 def side_sign(like: Tensor) -> Tensor:

@@ -13,8 +13,9 @@ from torch import Tensor, nn
 from hv_policy.batch_invariant import BatchInvariantLinear
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.balance import BalanceConfig, arm_torques, estimate_load, leg_torques
+from hv_policy.motor.gait import GaitConfig
 from hv_policy.motor.proprioception import PROPRIOCEPTION_DIM, BodyState, read_proprioception
-from hv_policy.motor.reference import GaitConfig, Reference, ReferenceState, advance_reference, start_reference
+from hv_policy.motor.reference import Reference, ReferenceState, advance_reference, start_reference
 from hv_policy.motor.symmetry import JOINTS, POLAR, Reflection
 from hv_policy.network_file import load_network, save_network
 
@@ -112,19 +113,21 @@ class MotorPrior(nn.Module):
 
     @torch.no_grad()
     def forward(self, proprioception: Tensor, intent: Tensor) -> Tensor:
-        """(N, 223), (N, 14) -> (N, 28) servo targets in rad."""
+        """(N, 223), (N, 14) -> (N, 28) servo targets in rad, on the device of the intent."""
         step = self.advance(proprioception, intent)
-        return self.apply_residual(step, self.residual(step.features))
+        residual = self.residual(step.features.to(self.residual.mean.device))
+        return self.apply_residual(step, residual.cpu()).to(intent.device)
 
     @torch.no_grad()
     def advance(self, proprioception: Tensor, intent: Tensor) -> MotorStep:
-        """Moves the reference on by one control step; `apply_residual` must follow."""
+        """Moves the reference on by one control step, on the CPU; `apply_residual` must follow."""
+        proprioception, intent = proprioception.cpu(), intent.cpu()
         n = len(intent)
         state = read_proprioception(proprioception)
         if self.memory is None or self._fresh is None or len(self._fresh) != n:
             self.memory = start_reference(state, intent, self.config.gait)
             self._last_residual = intent.new_zeros(n, 28)
-            self._fresh = torch.zeros(n, dtype=torch.bool, device=intent.device)
+            self._fresh = torch.zeros(n, dtype=torch.bool)
         elif self._fresh.any():
             ids = self._fresh.nonzero()[:, 0]
             rows = BodyState(*(getattr(state, f.name)[ids] for f in fields(state)))
@@ -151,7 +154,7 @@ class MotorPrior(nn.Module):
         low, high = body.JOINT_LOW.to(targets), body.JOINT_HIGH.to(targets)
         targets = targets.clamp(low - 0.5, high + 0.5)
         assert self.memory is not None
-        self.memory.arm_targets = targets[:, 6:14].unflatten(-1, (2, 4))
+        self.memory.arm_targets = targets[:, 6:14].unflatten(-1, (2, 4)).contiguous()
         return targets
 
     def _features(self, proprioception: Tensor, state: BodyState, reference: Reference) -> Tensor:

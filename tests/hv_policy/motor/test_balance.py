@@ -8,8 +8,10 @@ from plain_ground import ground_model
 
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.balance import BalanceConfig, arm_torques, estimate_load, leg_torques, measured_arm_angles
+from hv_policy.motor.gait import GaitConfig
+from hv_policy.motor.intent import neutral_intent
 from hv_policy.motor.proprioception import read_proprioception
-from hv_policy.motor.reference import GaitConfig, advance_reference, neutral_intent, standing_pose, start_reference
+from hv_policy.motor.reference import advance_reference, standing_pose, start_reference
 from hv_sim.humanoid import standing_qpos
 from hv_sim.mujoco_physics import MujocoPhysics
 from hv_sim.observations import proprioception

@@ -5,6 +5,7 @@ import torch
 from plain_ground import play
 from safetensors.torch import save_file
 
+from hv_policy.motor.intent import neutral_intent
 from hv_policy.motor.prior import (
     MotorPrior,
     MotorPriorConfig,
@@ -12,7 +13,6 @@ from hv_policy.motor.prior import (
     load_shipped_motor_prior,
     save_motor_prior,
 )
-from hv_policy.motor.reference import neutral_intent
 from hv_sim.observations import proprioception
 
 

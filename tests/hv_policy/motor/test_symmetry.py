@@ -5,8 +5,8 @@ import numpy as np
 import torch
 
 from hv_policy.motor import embodiment as body
+from hv_policy.motor.intent import neutral_intent
 from hv_policy.motor.prior import FEATURE_DIM, FEATURES, MotorPrior
-from hv_policy.motor.reference import neutral_intent
 from hv_policy.motor.symmetry import JOINTS, Reflection
 from hv_sim.humanoid import ROBOT_NQ
 from hv_sim.mujoco_physics import MujocoPhysics
