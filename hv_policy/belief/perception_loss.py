@@ -114,12 +114,16 @@ def read_things(perception: Perception, state: Tensor, landmarks: Landmarks) -> 
     of_spots = torch.tensor([number[name] for name in landmarks.spot_names], device=device).view(len(which), -1)
     spots, there = landmarks.spots.to(device), landmarks.spot_exists.to(device)
     known = torch.tensor([bool(name) for name in landmarks.names], device=device).view_as(exists)
-    thing, spot, shape, possible = choose_tasks(known, shown.in_view, boxes[..., 3:6], there)
-    texts = [
-        sentence(landmarks.names[row * exists.shape[1] + t], landmarks.spot_names[row * there.shape[1] + s], k)
-        for row, (t, s, k) in enumerate(zip(thing.tolist(), spot.tolist(), shape.tolist(), strict=True))
-    ]
+    thing, spot, another, shape, possible = choose_tasks(known, shown.in_view, boxes[..., 3:6], there)
     rows = torch.arange(len(exists), device=device)
+    name_of = [landmarks.names[i] for i in (rows * exists.shape[1] + thing).tolist()]
+    spot_of, other_of = (
+        [landmarks.spot_names[i] for i in (rows * there.shape[1] + chosen).tolist()] for chosen in (spot, another)
+    )
+    texts = [
+        sentence(k, thing=name, spot=at, other=elsewhere)
+        for k, name, at, elsewhere in zip(shape.tolist(), name_of, spot_of, other_of, strict=True)
+    ]
     words, is_told = perception.text(texts)
     other = OtherTask(words, is_told, possible, boxes[rows, thing], spots[rows, spot])
     return Things(shown, boxes[..., :3], has_name, spots, there, names, is_word, which, of_spots, other)

@@ -32,6 +32,7 @@ from hv_policy.belief.places import (
     turned,
     unsquash,
 )  # fmt: skip
+from hv_policy.belief.regrip import LEVELS, regripped
 from hv_policy.belief.task_places import leg_is_done, view_of
 from hv_policy.belief.wayfinder import Wayfinder
 from hv_policy.decision.memory import TaskMemory
@@ -126,6 +127,8 @@ class Following:
     """(N, 2) that place, in the frame of the belief's pose."""
     rising_s: Tensor
     """(N,) how long it will still stand up before it walks, having given up reaching or holding."""
+    slips: Tensor
+    """(N,) int64 how often the object slipped out of the hands when they lifted it."""
     intent: Tensor
     """(N, 14) the last one."""
     felt: Tensor | None = None
@@ -140,7 +143,8 @@ class Following:
         blind = torch.full((n,), config.look_every)
         memory, wayfinder, belief = TaskMemory.of(n), Wayfinder(n), Belief(n, config)
         search = torch.zeros(n), torch.zeros(n), torch.zeros(n), torch.zeros(n, 2), torch.zeros(n)
-        return Following(belief, memory, prior, list(instructions), blind, wayfinder, *search, torch.zeros(n, 14))
+        last = torch.zeros(n, dtype=torch.long), torch.zeros(n, 14)
+        return Following(belief, memory, prior, list(instructions), blind, wayfinder, *search, *last)
 
     def copy(self) -> Following:
         """The same, from where another future may begin."""
@@ -172,6 +176,7 @@ class Following:
             self.memory.reset(ids)
             self.blind_steps[ids] = self.belief.config.look_every
             self.searched_rad[ids] = self.rounds[ids] = self.exploring_s[ids] = self.rising_s[ids] = 0.0
+            self.slips[ids] = 0
             for env in changed:
                 self.wayfinder.forget(env)
             self.instructions = list(instructions)
@@ -205,6 +210,7 @@ class Following:
         self.blind_steps += 1
         self.blind_steps[looks] = 1
         places_h, log_spread = self.belief.now()
+        places_h = regripped(places_h, self.slips)
         searches = self._searches(log_spread)
         remembered = self.memory.clone()
         intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
@@ -360,7 +366,9 @@ class Following:
             bent & (phase == Phase.APPROACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
         )
         lost = self.memory.advance(phase, view)
-        for env in (lost & (before_this == Phase.LIFT)).nonzero()[:, 0].tolist():
+        slipped = lost & (before_this == Phase.LIFT)
+        self.slips = self.slips + slipped
+        for env in (slipped & (self.slips % LEVELS == 0)).nonzero()[:, 0].tolist():
             self.wayfinder.fail(env)
         self._look_again(lost)
         vector = self.memory.vector(view)

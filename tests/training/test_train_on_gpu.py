@@ -43,17 +43,21 @@ def trainer() -> ModuleType:
 def test_sentences_put_together_are_read_as_whole_ones(trainer):
     text = trainer.load_perception(FOLDER).text.eval()
     phrases = trainer.Phrases(text)
-    things, spots = ["the red waste bin", "the extraordinarily old armchair"], ["on the bookcase", "to the left of it"]
-    rows = torch.from_numpy(phrases.add([*things, *spots]))
-    shapes = torch.from_numpy(phrases.add([part for shape in ALL_SHAPES for part in shape])).view(-1, 3)
-    for k in (0, 4, 8, 9, len(ALL_SHAPES) - 1):
-        before, between, after = shapes[k]
-        order = (0, 2) if k < len(ALL_SHAPES) - 1 else (2, 0)  # the last one begins with the spot
-        parts = [[before, rows[order[0] + i], between, rows[order[1] + i], after] for i in range(2)]
-        joined = torch.stack([torch.stack(part) for part in parts])
+    frames = trainer.Frames(phrases)
+    filling = {
+        "thing": ["the red waste bin", "the extraordinarily old armchair"],
+        "spot": ["on the bookcase", "to the left of it"],
+        "other": ["under the window", "beside the very first desk"],
+    }
+    rows = torch.from_numpy(phrases.add([name for names in filling.values() for name in names])).view(3, 2)
+    rows = torch.cat([rows, frames._empty.expand(1, 2)])
+    for k in (0, 4, 8, 9, 55, len(ALL_SHAPES) - 3, len(ALL_SHAPES) - 1):
+        told = rows[frames.slots[k]]
+        around = frames.shapes[k][:, None].expand(-1, 2)
+        joined = torch.cat([torch.stack([around[:-1], told], 1).flatten(0, 1), around[-1:]]).T
         with torch.no_grad():
             tokens, is_word = phrases.read_joined(joined)
-            wanted, is_wanted = text([sentence(things[i], spots[i], k) for i in range(2)])
+            wanted, is_wanted = text([sentence(k, **{s: names[i] for s, names in filling.items()}) for i in range(2)])
         assert torch.equal(is_word, is_wanted)
         torch.testing.assert_close(tokens[is_word], wanted[is_word], atol=1e-4, rtol=1e-4)
 

@@ -28,7 +28,7 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor
 
 from hv_policy.belief import mirror
-from hv_policy.belief.other_tasks import ALL_SHAPES, SHAPES, choose_tasks
+from hv_policy.belief.other_tasks import ALL_SHAPES, SLOTS, choose_tasks, parts_of
 from hv_policy.belief.perception import Perception
 from hv_policy.belief.perception_loss import NAMELESS, OtherTask, Shown, Things, Truth, perception_loss
 from hv_policy.belief.perception_size import PERCEPTIONS
@@ -168,8 +168,18 @@ class Frames:
         self.held: dict[str, Tensor] = {}
         self.number_of_nothing = int(phrases.add([NAMELESS])[0])
         self._nothing = torch.tensor(self.number_of_nothing, device=self.device)
-        parts = phrases.add([part for shape in ALL_SHAPES for part in shape])
-        self.shapes = torch.from_numpy(parts).view(-1, 3).to(self.device)
+        taken_apart = [parts_of(shape) for shape in ALL_SHAPES]
+        more = [len(SLOTS) - len(slots) for _, slots in taken_apart]
+        parts = phrases.add(
+            [part for (texts, _), n in zip(taken_apart, more, strict=True) for part in texts + [""] * n]
+        )
+        self.shapes = torch.from_numpy(parts).view(-1, len(SLOTS) + 1).to(self.device)
+        """(K, 4) phrases around the slots of each shape."""
+        order = [[SLOTS.index(slot) for slot in slots] for _, slots in taken_apart]
+        order = [slots + [len(SLOTS)] * n for slots, n in zip(order, more, strict=True)]
+        self.slots = torch.tensor(order, device=self.device)
+        """(K, 3) what fills them: a number of `SLOTS`, or 3 for nothing."""
+        self._empty = torch.from_numpy(phrases.add([""])).to(self.device)
 
     def add(self, file: Path, held: dict[str, np.ndarray]) -> None:
         """Those of a file, as `read_file` returns them."""
@@ -263,12 +273,14 @@ class Frames:
         named: Callable[[Tensor], Tensor],
     ) -> OtherTask:
         """Other tasks in the pictures of a batch."""
-        thing, spot, shape, possible = choose_tasks(row["has_name"], shown.in_view, boxes[..., 3:6], row["spot_exists"])
+        thing, spot, other, shape, possible = choose_tasks(
+            row["has_name"], shown.in_view, boxes[..., 3:6], row["spot_exists"]
+        )
         at = torch.arange(len(boxes), device=self.device)
-        before, between, after = self.shapes[shape].unbind(1)
-        told = named(torch.stack([row["box_name"][at, thing], row["spot_name"][at, spot]], 1))
-        told = torch.where(shape[:, None] < len(SHAPES), told, told.flip(1))
-        sentence = torch.stack([before, told[:, 0], between, told[:, 1], after], 1)
+        filling = [row["box_name"][at, thing], row["spot_name"][at, spot], row["spot_name"][at, other]]
+        told = torch.cat([named(torch.stack(filling, 1)), self._empty.expand(len(at), 1)], 1)
+        told, around = told.gather(1, self.slots[shape]), self.shapes[shape]
+        sentence = torch.cat([torch.stack([around[:, :-1], told], 2).flatten(1), around[:, -1:]], 1)
         words, is_word = self.phrases.read_joined(sentence)
         return OtherTask(words, is_word, possible, boxes[at, thing], spots[at, spot])
 

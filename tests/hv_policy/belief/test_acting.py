@@ -268,6 +268,19 @@ def test_who_cannot_reach_from_one_side_twice_goes_to_another(states):
     assert following.wayfinder.fail(1) == 3
 
 
+def test_what_slipped_out_of_the_hands_is_held_otherwise_until_there_is_something_else_to_do(states, monkeypatch):
+    policy, batch = sure_believer(states)
+    policy.select_action(batch)
+    following = policy.student.following
+    following.memory.phase[:] = int(Phase.LIFT)
+    monkeypatch.setattr(type(following.memory), "advance", lambda self, phase, view: torch.tensor([True, False]))
+    policy.select_action(batch)
+    assert following.slips.tolist() == [1, 0]
+    assert following.copy().slips.tolist() == [1, 0]
+    following.hear(["Put it back.", following.instructions[1]])
+    assert following.slips.tolist() == [0, 0]
+
+
 def test_a_stand_that_is_far_is_walked_to(states):
     policy, _ = sure_believer(states)
     following, near = policy.student.following, torch.zeros(2, 21)

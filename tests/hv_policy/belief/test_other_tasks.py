@@ -3,32 +3,42 @@ import re
 import torch
 
 from hv_policy.belief.mirror import mirrored_text
-from hv_policy.belief.other_tasks import ALL_SHAPES, SHAPES, choose_tasks, sentence
+from hv_policy.belief.other_tasks import ALL_SHAPES, FROM_SHAPES, SHAPES, choose_tasks, parts_of, sentence
 from hv_sim.instructions import LATER_UNSEEN_SHAPES, UNSEEN_SHAPES
 
 KEPT = "shift relocate transfer leave leaving depositing setting grab fetch mind nice hoping ends".split()
 """What the instructions of unseen tasks are made with."""
 
 
+def filled(shape: int) -> str:
+    return sentence(shape, thing="the red bin", spot="to the left of the sofa", other="on the desk")
+
+
 def test_sentences_name_the_thing_and_the_spot_and_nothing_twice():
-    told = [sentence("the red bin", "to the left of the sofa", k) for k in range(len(ALL_SHAPES))]
+    told = [filled(k) for k in range(len(ALL_SHAPES))]
     assert len(set(told)) == len(ALL_SHAPES)
-    for line in told:
+    for k, line in enumerate(told):
         assert line.count("the red bin") == line.count("to the left of the sofa") == 1
+        assert line.count("on the desk") == (ALL_SHAPES[k] in FROM_SHAPES)
         assert "  " not in line
+        assert not set("{}") & set(line)
 
 
 def test_the_spot_comes_first_in_some():
-    for k in range(len(ALL_SHAPES)):
-        told = sentence("the red bin", "beside the sofa", k)
-        assert (told.index("bin") < told.index("sofa")) == (k < len(SHAPES)), told
+    first = [filled(k).index("sofa") < filled(k).index("bin") for k in range(len(ALL_SHAPES))]
+    assert 0.1 < sum(first) / len(first) < 0.5
+
+
+def test_shapes_are_taken_apart_as_they_are_put_together():
+    assert parts_of("put {thing} {spot}, not {other}.") == (["put", "", ", not", "."], ["thing", "spot", "other"])
+    assert parts_of("{thing} goes {spot}.") == (["", "goes", "."], ["thing", "spot"])
 
 
 def test_what_is_kept_for_unseen_tasks_is_not_taught():
     def words(text: str) -> str:
         return " ".join(re.findall(r"[a-z']+", text.lower()))
 
-    told = [words(sentence("THING", "SPOT", k)) for k in range(len(ALL_SHAPES))]
+    told = [words(sentence(k, thing="THING", spot="SPOT", other="SPOT")) for k in range(len(ALL_SHAPES))]
     assert not [line for line in told if set(line.split()) & set(KEPT)]
     for shape in UNSEEN_SHAPES + LATER_UNSEEN_SHAPES:
         filled = re.sub(r"{(at|to|where)}", "SPOT", re.sub(r"{[oa]}", "THING", shape), flags=re.IGNORECASE)
@@ -37,7 +47,7 @@ def test_what_is_kept_for_unseen_tasks_is_not_taught():
 
 def test_shapes_are_the_same_in_the_mirror():
     for k in range(len(ALL_SHAPES)):
-        told = sentence("the bin", "on the desk", k)
+        told = sentence(k, thing="the bin", spot="on the desk", other="in front of the sofa")
         assert mirrored_text(told) == told
 
 
@@ -46,13 +56,16 @@ def test_only_what_has_a_name_is_asked_for_and_mostly_what_is_small_and_in_view(
     has_name = torch.tensor([True, True, True, False]).expand(2000, -1)
     in_view = torch.tensor([True, False, False, True]).expand(2000, -1)
     half = torch.tensor([0.1, 0.1, 1.0, 0.1])[:, None].expand(2000, 4, 3)
-    spots = torch.tensor([True, False]).expand(2000, -1)
-    thing, spot, shape, exists = choose_tasks(has_name, in_view, half, spots)
+    spots = torch.tensor([True, True, False]).expand(2000, -1)
+    thing, spot, other, shape, exists = choose_tasks(has_name, in_view, half, spots)
     share = torch.bincount(thing, minlength=4) / 2000
     assert share[3] == 0
     assert share[0] > 0.5 > share[1] > share[2] >= 0
-    assert (spot == 0).all()
+    assert torch.bincount(spot, minlength=3)[2] == 0
+    assert ((spot + other) == 1).all()  # the two that there are
     assert exists.all()
     assert len(shape.unique()) == len(ALL_SHAPES)
-    assert not choose_tasks(has_name, in_view, half, torch.zeros_like(spots))[3].any()
-    assert not choose_tasks(torch.zeros_like(has_name), in_view, half, spots)[3].any()
+    one = spots & torch.tensor([True, False, False])
+    assert (choose_tasks(has_name, in_view, half, one)[3] < len(SHAPES)).all()
+    assert not choose_tasks(has_name, in_view, half, torch.zeros_like(spots))[4].any()
+    assert not choose_tasks(torch.zeros_like(has_name), in_view, half, spots)[4].any()

@@ -1,0 +1,37 @@
+"""Where the hands go at the next try, after a thing slipped out of them.
+
+Most things are best held near their top. What is narrower there than below (a plant in a pot, a bottle, a box with a
+handle) is not, and of a kind that was never seen a picture does not tell. So who could not lift it holds it lower and
+wider the next time.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from hv_policy.belief.places import MIDDLE, OBJECT, SPAN
+from hv_policy.belief.stands import LOW_M
+
+LEVELS = 3
+"""After so many tries it begins again from where the network believes that it should be held."""
+LOWER_M, WIDER_M = 0.09, 0.05
+"""How much lower, and how much farther apart, the hands are with each try."""
+BELOW_TOP_M, ABOVE_BOTTOM_M = 0.045, 0.07
+"""The hands' centres are so far below a thing's top at least, and so far above its bottom."""
+NARROWEST_M = 0.18
+
+
+def regripped(places: Tensor, slips: Tensor) -> Tensor:
+    """(N, 21) places in which the hands hold the object as is best after it slipped `slips` (N,) times."""
+    level, out = (slips % LEVELS).to(places), places.clone()
+    above, height = places[:, MIDDLE][:, 2], places[:, OBJECT][:, 2]
+    # the middle of what stands on the floor is as far from its top as from the floor
+    above = torch.where(height < LOW_M, above.minimum(height - BELOW_TOP_M), above)
+    # held below its top, it reaches about so far below its middle as its top is above it
+    lowest = above.minimum(ABOVE_BOTTOM_M - BELOW_TOP_M - above)
+    out[:, MIDDLE.stop - 1] = (above - LOWER_M * level).maximum(lowest)
+    width = 2 * places[:, SPAN].norm(dim=-1)
+    wanted = width.clamp(min=NARROWEST_M) + WIDER_M * level
+    out[:, SPAN] = places[:, SPAN] * (wanted / width.clamp(min=1e-3))[:, None]
+    return out

@@ -1,0 +1,55 @@
+"""Lower and wider with each try, and never beyond what the thing can be."""
+
+import pytest
+import torch
+
+from hv_policy.belief.places import MIDDLE, OBJECT, SPAN
+from hv_policy.belief.regrip import ABOVE_BOTTOM_M, BELOW_TOP_M, LEVELS, LOWER_M, NARROWEST_M, WIDER_M, regripped
+
+
+def thing(height_m: float, grip_m: float, width_m: float, num: int = 1) -> torch.Tensor:
+    places = torch.zeros(num, 21)
+    places[:, OBJECT] = torch.tensor([0.5, 0.0, height_m])
+    places[:, SPAN] = width_m / 2 * torch.tensor([0.6, 0.8, 0.0])
+    places[:, MIDDLE.stop - 1] = grip_m
+    return places
+
+
+def grip(places: torch.Tensor) -> torch.Tensor:
+    return places[:, MIDDLE][:, 2]
+
+
+def test_who_dropped_nothing_holds_it_as_it_is_believed():
+    places = thing(0.9, 0.1, 0.3)
+    assert torch.equal(regripped(places, torch.zeros(1, dtype=torch.long)), places)
+
+
+def test_each_try_is_lower_and_wider_then_it_begins_again():
+    places, tries = thing(0.9, 0.15, 0.3, LEVELS + 1), torch.arange(LEVELS + 1)
+    out = regripped(places, tries)
+    level = tries % LEVELS
+    lowest = ABOVE_BOTTOM_M - BELOW_TOP_M - 0.15
+    torch.testing.assert_close(grip(out), (0.15 - LOWER_M * level).clamp(min=lowest))
+    torch.testing.assert_close(2 * out[:, SPAN].norm(dim=-1), 0.3 + WIDER_M * level)
+    # the direction between the hands, and all else, stay
+    torch.testing.assert_close(out[:, SPAN] / out[:, SPAN].norm(dim=-1, keepdim=True), places[:, SPAN] / 0.15)
+    torch.testing.assert_close(out[:, OBJECT], places[:, OBJECT])
+    assert torch.equal(out[0], out[LEVELS])
+
+
+@pytest.mark.parametrize("slips", [0, 1, 2])
+def test_hands_stay_on_what_stands_on_the_floor(slips):
+    # 0.3 m high: its middle is at 0.15 m
+    out = regripped(thing(0.15, 0.25, 0.3), torch.tensor([slips]))
+    assert grip(out).item() <= 0.15 - BELOW_TOP_M + 1e-6
+    assert grip(out).item() >= ABOVE_BOTTOM_M - 0.15 - 1e-6
+
+
+def test_a_flat_thing_is_not_held_below_its_middle_by_more_than_it_has():
+    low = grip(regripped(thing(0.9, 0.02, 0.3), torch.tensor([2]))).item()
+    assert low == pytest.approx(ABOVE_BOTTOM_M - BELOW_TOP_M - 0.02)
+
+
+def test_nothing_is_narrower_than_what_can_be_lifted():
+    out = regripped(thing(0.9, 0.1, 0.05), torch.tensor([0]))
+    assert 2 * out[0, SPAN].norm().item() == pytest.approx(NARROWEST_M)
