@@ -15,7 +15,7 @@ from typing import Any
 from hv_teachers.corrected_student import load_student
 from hv_teachers.recording import moved_into_place
 
-_TRAINING_ONLY = ("train_config.json", "README.md")
+_KINDS, _TRAINING_ONLY = (".json", ".safetensors"), ("train_config.json",)
 _FRONT = """---
 library_name: lerobot
 pipeline_tag: robotics
@@ -48,7 +48,7 @@ def pack_student(checkpoint: Path, folder: Path, evaluations: Mapping[str, Path]
     with moved_into_place(folder) as written:
         written.mkdir()
         for file in sorted(checkpoint.iterdir()):
-            if file.name not in _TRAINING_ONLY:
+            if file.suffix in _KINDS and file.name not in _TRAINING_ONLY:
                 shutil.copy(file, written / file.name)
         config = json.loads((written / "config.json").read_text())
         config["pretrained_path"] = None  # of the machine that trained it

@@ -49,7 +49,8 @@ class BeliefConfig:
         patience_s: nor any longer than this: then it is taken for lost.
         inside_m: an object cannot be so near to the middle of the robot.
         unrest: deviation by which everything may change in one control step, m.
-        doubt: deviation of an object that was lost, m.
+        doubt: deviation of an object that was lost, m;
+        doubt_at_feet: and of one that slipped out of the hands: it lies before the robot, who steps back to see it.
         absent: where something should be in the picture, and this far from its edge at least (share of half its width),
         absent_beyond_m: and not so near that the arms may hide it,
         absent_within_m: and so near at most,
@@ -78,6 +79,7 @@ class BeliefConfig:
     drift: float = 0.03
     unrest: float = 0.003
     doubt: float = 0.7
+    doubt_at_feet: float = 0.3
     absent: float = 0.2
     absent_beyond_m: float = 0.6
     absent_within_m: float = 2.0
@@ -117,10 +119,10 @@ class Belief:
         self.variance[ids] = UNKNOWN
         self.outline_weight[ids] = 0.0
 
-    def doubt(self, ids: Tensor) -> None:
-        """In environments `ids` (n,) the object was lost: it may be elsewhere."""
+    def doubt(self, ids: Tensor, deviation_m: float) -> None:
+        """In environments `ids` (n,) the object was lost: it may be so far away from where it was."""
         rows = self.variance[ids]
-        rows[:, _OF_OBJECT] = rows[:, _OF_OBJECT].clamp(min=self.config.doubt**2)
+        rows[:, _OF_OBJECT] = rows[:, _OF_OBJECT].clamp(min=deviation_m**2)
         self.variance[ids] = rows
         self.outline_weight[ids] = 0.0
 

@@ -1,8 +1,8 @@
 """Where the hands go at the next try, after a thing slipped out of them.
 
 Most things are best held near their top. What is narrower there than below (a plant in a pot, a bottle, a box with a
-handle) is not, and of a kind that was never seen a picture does not tell. So who could not lift it holds it lower and
-wider the next time.
+handle) is not, and of a kind that was never seen a picture does not tell. So who could not lift it, or closed the hands
+on next to nothing, holds it lower and wider the next time.
 """
 
 from __future__ import annotations
@@ -12,6 +12,9 @@ from torch import Tensor
 
 from hv_policy.belief.places import MIDDLE, OBJECT, SPAN
 from hv_policy.belief.stands import LOW_M
+from hv_policy.decision.view import Phase
+from hv_policy.motor.embodiment import HANDS
+from hv_policy.motor.proprioception import BodyState
 
 LEVELS = 3
 """After so many tries it begins again from where the network believes that it should be held."""
@@ -20,6 +23,16 @@ LOWER_M, WIDER_M = 0.09, 0.05
 BELOW_TOP_M, ABOVE_BOTTOM_M = 0.045, 0.07
 """The hands' centres are so far below a thing's top at least, and so far above its bottom."""
 NARROWEST_M = 0.18
+CLOSED_M = 0.22
+"""Hands whose centres are nearer than this when they squeeze hold no thing that could be lifted, but its handle, its
+leaves or nothing: the narrowest things are 0.15 m wide, and a hand is 0.04 m thick on either side."""
+
+
+def closed_on_little(body: BodyState, phase: Tensor, coming: Tensor) -> Tensor:
+    """(N,) bool: who squeezes (`phase` (N,)) and would lift (`coming` (N,)) has next to nothing between the hands."""
+    right, left = body.pos[:, HANDS].unbind(1)
+    apart = (left - right).norm(dim=-1)
+    return (phase == Phase.SQUEEZE) & (coming == Phase.LIFT) & (apart < CLOSED_M)
 
 
 def regripped(places: Tensor, slips: Tensor) -> Tensor:

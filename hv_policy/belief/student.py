@@ -32,7 +32,7 @@ from hv_policy.belief.places import (
     turned,
     unsquash,
 )  # fmt: skip
-from hv_policy.belief.regrip import LEVELS, regripped
+from hv_policy.belief.regrip import LEVELS, closed_on_little, regripped
 from hv_policy.belief.task_places import leg_is_done, view_of
 from hv_policy.belief.wayfinder import Wayfinder
 from hv_policy.decision.memory import TaskMemory
@@ -211,7 +211,7 @@ class Following:
         self.blind_steps[looks] = 1
         places_h, log_spread = self.belief.now()
         places_h = regripped(places_h, self.slips)
-        searches = self._searches(log_spread)
+        searches = self._searches(log_spread) & ~self.wayfinder.steps_back
         remembered = self.memory.clone()
         intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
         self.intent = self._steadied(self._turn_round(searches, intent, remembered))
@@ -361,16 +361,21 @@ class Following:
         phase = self._sure_of(decision.phase_logits(sights, geometry, before).argmax(-1), places_h)
         phase = self._elsewhere(phase)
         before_this = self.memory.phase
+        closed = closed_on_little(body, before_this, phase) & (self.slips < LEVELS)
+        phase = torch.where(closed, int(Phase.APPROACH), phase)
         bent = (before_this >= Phase.REACH) & (before_this <= Phase.RELEASE)
         self.rising_s = torch.where(
             bent & (phase == Phase.APPROACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
         )
         lost = self.memory.advance(phase, view)
-        slipped = lost & (before_this == Phase.LIFT)
+        slipped = closed | (lost & (before_this == Phase.LIFT))
         self.slips = self.slips + slipped
-        for env in (slipped & (self.slips % LEVELS == 0)).nonzero()[:, 0].tolist():
-            self.wayfinder.fail(env)
-        self._look_again(lost)
+        for env in slipped.nonzero()[:, 0].tolist():
+            self.wayfinder.step_back(env)
+            if self.slips[env] % LEVELS == 0:
+                self.wayfinder.fail(env)
+        self._look_again(lost & slipped, self.belief.config.doubt_at_feet)
+        self._look_again(lost & ~slipped, self.belief.config.doubt)
         vector = self.memory.vector(view)
         action = decision(sights, hand_anchors(view, vector), geometry, vector)
         self.memory.tick()
@@ -388,12 +393,13 @@ class Following:
         for env in failed.nonzero()[:, 0].tolist():
             if self.wayfinder.fail(env) > 1:
                 phase[env] = int(Phase.APPROACH)
+                self.wayfinder.step_back(env)
         return phase
 
-    def _look_again(self, lost: Tensor) -> None:
-        """Where the object is `lost` (N,) bool it may be elsewhere, and may be looked for as at the beginning."""
+    def _look_again(self, lost: Tensor, deviation_m: float) -> None:
+        """Where the object is `lost` (N,) bool it may be so far away, and may be looked for as at the beginning."""
         if bool(lost.any()):
-            self.belief.doubt(lost.nonzero()[:, 0])
+            self.belief.doubt(lost.nonzero()[:, 0], deviation_m)
             self.searched_rad, self.rounds = self.searched_rad * ~lost, self.rounds * ~lost
 
     def _sure_of(self, phase: Tensor, places_h: Tensor) -> Tensor:
@@ -402,7 +408,7 @@ class Following:
         c, now = self.belief.config, self.memory.phase
         reaches = (now == Phase.ALIGN) | (now == Phase.REACH)
         impatient = reaches & (phase == now) & (self.memory.clock_s > c.patience_s)
-        self._look_again(impatient)
+        self._look_again(impatient, c.doubt)
         unsure = self.belief.variance[:, 0].sqrt() > c.sure_m
         would_reach = (phase == Phase.REACH) | (phase == Phase.SQUEEZE)
         back = impatient | (unsure & (now <= Phase.REACH) & would_reach)

@@ -35,6 +35,8 @@ KEEP_OFF_M = 0.3
 """Ways to an object do not lead nearer past it than this, when its sides are compared."""
 BACK_M = 0.12
 """Short of its end by this, the way back counts as done."""
+LET_LIE_M, LOOKS_BACK = 0.5, 35
+"""From what slipped out of its hands the robot walks back so far, for so many looks at most."""
 
 
 class Leg(IntEnum):
@@ -63,6 +65,7 @@ class Wayfinder:
         self._failed_rad: list[list[float]] = [[] for _ in range(num)]
         self._looked_from: list[list[np.ndarray]] = [[] for _ in range(num)]
         self._reaches: list[tuple[Reach, np.ndarray, int] | None] = [None] * num
+        self._looks_back = [0] * num
 
     def copy(self) -> Wayfinder:
         """The same, sharing nothing that changes."""
@@ -73,6 +76,17 @@ class Wayfinder:
         self._legs[env] = self._paths[env] = None
         self._looked_from[env], self._failed_rad[env] = [], []
         self._picks[env] = self._places[env] = self._reaches[env] = None
+        self._looks_back[env] = 0
+
+    def step_back(self, env: int) -> None:
+        """Environment `env` shall walk straight back before it goes on to the object: what slipped out of its hands
+        lies at its feet, where it does not see it and trips over it."""
+        self._looks_back[env], self._legs[env] = LOOKS_BACK, None
+
+    @property
+    def steps_back(self) -> Tensor:
+        """(N,) bool who does."""
+        return torch.tensor(self._looks_back) > 0
 
     def fail(self, env: int) -> int:
         """The object could not be taken from where environment `env` stands; how often that was so on this side."""
@@ -186,17 +200,29 @@ class Wayfinder:
         if looks:
             return Leg.TO_LOOK
         if phase < Phase.LIFT or phase == Phase.IDLE:
-            return Leg.TO_OBJECT
+            if self._looks_back[env]:
+                if self._legs[env] != Leg.BACK:
+                    self._plan_back(env, robot, evidence, LET_LIE_M)
+                self._looks_back[env] = self._looks_back[env] - 1 if self._is_before(env, robot) else 0
+            return Leg.BACK if self._looks_back[env] else Leg.TO_OBJECT
         if phase == Phase.LIFT:
             if self._legs[env] != Leg.BACK:
-                window = Window.around(evidence, robot[None, :2])
-                self._back_to[env] = *step_back(window, robot), robot[2]
+                self._plan_back(env, robot, evidence)
             return Leg.BACK
         if phase == Phase.CARRY and self._legs[env] == Leg.BACK:
-            ahead = np.array([np.cos(self._back_to[env, 2]), np.sin(self._back_to[env, 2])])
-            left = robot[:2] - self._back_to[env, :2]
-            return Leg.BACK if left @ ahead > BACK_M and np.linalg.norm(left) > 1.5 * BACK_M else Leg.TO_GOAL
+            return Leg.BACK if self._is_before(env, robot) else Leg.TO_GOAL
         return Leg.TO_GOAL
+
+    def _plan_back(self, env: int, robot: np.ndarray, evidence: np.ndarray, least_m: float = 0.0) -> None:
+        """Chooses where environment `env` walks straight back to, and remembers which way it looks."""
+        window = Window.around(evidence, robot[None, :2])
+        self._back_to[env] = *step_back(window, robot, least_m), robot[2]
+
+    def _is_before(self, env: int, robot: np.ndarray) -> bool:
+        """Whether environment `env` still has to walk back."""
+        ahead = np.array([np.cos(self._back_to[env, 2]), np.sin(self._back_to[env, 2])])
+        left = robot[:2] - self._back_to[env, :2]
+        return bool(left @ ahead > BACK_M and np.linalg.norm(left) > 1.5 * BACK_M)
 
     def _path(
         self, env: int, evidence: np.ndarray, xy: np.ndarray, stand: np.ndarray, leg: Leg, thing: np.ndarray | None

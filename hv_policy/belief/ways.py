@@ -145,9 +145,11 @@ def way_to(evidence: np.ndarray, xy: np.ndarray, goal: np.ndarray) -> Way:
     return _looking_ahead(window, _shortest(window, window.cost(), xy, goal))
 
 
-def step_back(window: Window, stand: np.ndarray) -> np.ndarray:
-    """(2,) the first place straight behind a stand (3,) that has room, within a metre, else the one with most."""
-    points = stand[:2] - BACK_OFF_M[:, None] * np.array([np.cos(stand[2]), np.sin(stand[2])])
+def step_back(window: Window, stand: np.ndarray, least_m: float = 0.0) -> np.ndarray:
+    """(2,) the first place straight behind a stand (3,) that has room, within a metre and no nearer than `least_m`,
+    else the one with most."""
+    distances = BACK_OFF_M[BACK_OFF_M >= least_m - 1e-9, None]
+    points = stand[:2] - distances * np.array([np.cos(stand[2]), np.sin(stand[2])])
     room = window.room(points)
     enough = room >= RADIUS_M
     return points[int(enough.argmax()) if enough.any() else int(room.argmax())]

@@ -14,6 +14,7 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 from hv_policy.belief.mirror import mirrored_text
 from hv_policy.belief.other_tasks import ALL_SHAPES, sentence
+from hv_policy.network_file import SHIPPED_STUDENT
 from hv_sim.suites import load_suite
 from hv_teachers.corrected_student import load_student
 from hv_teachers.expert import PlannerExpert
@@ -41,7 +42,7 @@ def trainer() -> ModuleType:
 
 
 def test_sentences_put_together_are_read_as_whole_ones(trainer):
-    text = trainer.load_perception(FOLDER).text.eval()
+    text = trainer.load_perception(SHIPPED_STUDENT).text.eval()
     phrases = trainer.Phrases(text)
     frames = trainer.Frames(phrases)
     filling = {
@@ -66,11 +67,11 @@ def test_frames_packed_for_the_gpu_teach_what_the_dataset_teaches(trainer, tmp_p
     root, packed = tmp_path / "glances", tmp_path / "new.npz"
     record_dataset(root, load_suite("seen")[:2], PlannerExpert, RecordingConfig(glances=4), progress=False)
     subprocess.run([sys.executable, FOLDER / "pack_frames.py", packed, "1", root], check=True, capture_output=True)
-    perception = trainer.load_perception(FOLDER).eval()
+    perception = trainer.load_perception(SHIPPED_STUDENT).eval()
     frames = trainer.Frames(trainer.Phrases(perception.text))
     with ThreadPool(1) as pool:
         frames.add(packed, trainer.read_file(packed, pool))
-    policy = load_student(FOLDER).eval()
+    policy = load_student(SHIPPED_STUDENT).eval()
     dataset = LeRobotDataset("local/glances", root=root)
     policy.student._meta = dataset.meta
     batch = torch.utils.data.default_collate([dataset[i] for i in range(8)])
@@ -101,7 +102,7 @@ def test_files_that_arrive_one_after_the_other_are_held_as_one(trainer, tmp_path
     command = [sys.executable, FOLDER / "render_frames.py", "--tasks", "seen:0-1", "--output", tmp_path]
     options = ["--workers=1", "--files=3", "--rooms=1", "--glances=2"]
     subprocess.run([*command, *options], check=True, capture_output=True)
-    text = trainer.load_perception(FOLDER).text.eval()
+    text = trainer.load_perception(SHIPPED_STUDENT).text.eval()
     grows, is_large = trainer.Frames(trainer.Phrases(text)), trainer.Frames(trainer.Phrases(text), 20)
     with ThreadPool(1) as pool:
         for file in sorted(tmp_path.glob("*.npz")):

@@ -5,7 +5,7 @@ The loss, the mirror and the other colours are those of `lerobot-train` (`hv_pol
 and safetensors, and nothing of LeRobot: 14,000 pictures a second on an H100. Files of `pack_frames.py` that come into
 the folder while it runs are taken in.
 
-    python training/student/train_on_gpu.py --init training/student --frames DIR --output DIR --seconds 400
+    python training/student/train_on_gpu.py --init hv_policy/weights/student --frames DIR --output DIR --seconds 400
 """
 
 from __future__ import annotations

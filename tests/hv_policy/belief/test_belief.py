@@ -91,7 +91,7 @@ def test_forgetting_and_doubting_concern_the_environments_named():
     belief = Belief(3)
     belief.measure(torch.arange(3), torch.zeros(3, PLACES_DIM), torch.full((3, PLACES_DIM), 0.01))
     belief.forget(torch.tensor([0]))
-    belief.doubt(torch.tensor([1]))
+    belief.doubt(torch.tensor([1]), belief.config.doubt)
     assert (belief.variance[0] == UNKNOWN).all()
     assert belief.variance[1, 0] > 0.4
     assert belief.variance[1, 2] < 0.01  # the goal is where it was

@@ -4,7 +4,20 @@ import pytest
 import torch
 
 from hv_policy.belief.places import MIDDLE, OBJECT, SPAN
-from hv_policy.belief.regrip import ABOVE_BOTTOM_M, BELOW_TOP_M, LEVELS, LOWER_M, NARROWEST_M, WIDER_M, regripped
+from hv_policy.belief.regrip import (
+    ABOVE_BOTTOM_M,
+    BELOW_TOP_M,
+    CLOSED_M,
+    LEVELS,
+    LOWER_M,
+    NARROWEST_M,
+    WIDER_M,
+    closed_on_little,
+    regripped,
+)
+from hv_policy.decision.view import Phase
+from hv_policy.motor.embodiment import HANDS
+from hv_policy.motor.proprioception import BodyState
 
 
 def thing(height_m: float, grip_m: float, width_m: float, num: int = 1) -> torch.Tensor:
@@ -53,3 +66,12 @@ def test_a_flat_thing_is_not_held_below_its_middle_by_more_than_it_has():
 def test_nothing_is_narrower_than_what_can_be_lifted():
     out = regripped(thing(0.9, 0.1, 0.05), torch.tensor([0]))
     assert 2 * out[0, SPAN].norm().item() == pytest.approx(NARROWEST_M)
+
+
+def test_who_would_lift_with_closed_hands_has_nothing_in_them():
+    pos = torch.zeros(4, 15, 3)
+    pos[:, HANDS[0], 1], pos[:, HANDS[1], 1] = -0.05, torch.tensor([0.05, 0.05, 0.05, CLOSED_M])
+    body = BodyState(pos, torch.eye(3).expand(4, 15, 3, 3), torch.zeros(4, 15, 3), torch.zeros(4, 15, 3))
+    now = torch.tensor([Phase.SQUEEZE, Phase.SQUEEZE, Phase.LIFT, Phase.SQUEEZE]).long()
+    coming = torch.tensor([Phase.LIFT, Phase.SQUEEZE, Phase.LIFT, Phase.LIFT]).long()
+    assert closed_on_little(body, now, coming).tolist() == [True, False, False, False]

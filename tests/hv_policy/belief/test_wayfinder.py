@@ -15,7 +15,7 @@ from hv_policy.belief.places import (
     SPAN,
     WAYPOINT,
 )
-from hv_policy.belief.wayfinder import Leg, Wayfinder
+from hv_policy.belief.wayfinder import LET_LIE_M, LOOKS_BACK, Leg, Wayfinder
 from hv_policy.decision.view import Phase
 
 
@@ -53,6 +53,28 @@ def test_legs_follow_each_other_as_the_work_goes_on():
     torch.testing.assert_close(finder.way[0, WAYPOINT], torch.tensor([0.0, 3.0]), atol=1e-5, rtol=0)
     assert finder.way[0, IS_LAST] == 1
     assert (finder.way[1] == 0).all()
+
+
+def test_who_dropped_something_first_walks_back_from_it_and_not_for_ever():
+    finder = Wayfinder(2)
+    finder.floor.evidence[:] = -4.0
+    finder.go_on(0, pose(2, 0), places(), Phase.LIFT, None)
+    finder.step_back(0)
+    assert finder.steps_back.tolist() == [True, False]
+    finder.go_on(0, pose(2, 0), places(), Phase.APPROACH, None)
+    assert finder._legs[0] == Leg.BACK
+    torch.testing.assert_close(finder.way[0, WAYPOINT], torch.tensor([2.0 - LET_LIE_M, 0.0]), atol=1e-5, rtol=0)
+    finder.go_on(0, pose(2.05 - LET_LIE_M, 0), places(), Phase.APPROACH, None)
+    assert finder._legs[0] == Leg.TO_OBJECT
+    assert not finder.steps_back.any()
+    finder.step_back(0)
+    for _ in range(LOOKS_BACK):  # something is in the way
+        assert finder.steps_back[0]
+        finder.go_on(0, pose(2, 0), places(), Phase.APPROACH, None)
+    assert finder._legs[0] == Leg.TO_OBJECT
+    finder.step_back(1)
+    finder.forget(1)
+    assert not finder.steps_back.any()
 
 
 def test_a_place_to_look_round_from_is_walked_to_instead():
