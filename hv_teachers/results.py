@@ -41,6 +41,14 @@ class Result:
         return plan.get("n_tasks") == count and plan["tasks"] != present
 
     @property
+    def part(self) -> str:
+        """How many of the suite's tasks it was measured on, where that is not all of them."""
+        played = self.metrics["plan"].get("n_tasks")
+        if self.suite not in SUITES or played is None or played == _present_tasks(self.suite)[0]:
+            return ""
+        return f" ({played} tasks)"
+
+    @property
     def title(self) -> str:
         """The system, marked if `is_earlier`."""
         return self.system + (f" {EARLIER}" if self.is_earlier else "")
@@ -129,10 +137,14 @@ def readme_table(results: Sequence[Result]) -> str:
     suites = [s for s in SUITES if any(r.suite == s for r in results)]
     shares = {(r.system, r.suite): r.metrics["at_0.4"]["success_all"] for r in results}
     earlier = {(r.system, r.suite) for r in results if r.is_earlier}
+    parts = {(r.system, r.suite): r.part for r in results}
     systems = sorted({r.system for r in results}, key=lambda name: -max(v for (n, _), v in shares.items() if n == name))
     lines = [f"| success, all objects at 0.4 m | {' | '.join(suites)} |", "|---" * (len(suites) + 1) + "|"]
     for system in systems:
-        cells = [_percent(shares.get((system, s))) + EARLIER * ((system, s) in earlier) for s in suites]
+        cells = [
+            _percent(shares.get((system, s))) + parts.get((system, s), "") + EARLIER * ((system, s) in earlier)
+            for s in suites
+        ]
         lines.append(f"| {system} | {' | '.join(cells)} |")
     for system in ("HumanoidVerse-T", "HumanoidVerse-S"):
         rows = {t.suite: row for t in PUBLISHED_TABLES if t.number in (1, 3) for row in t.rows if row.system == system}

@@ -1,6 +1,7 @@
 """Gathered results: names, order, the leaderboard's figures against the files', damaged files."""
 
 import json
+import re
 
 import pytest
 
@@ -105,4 +106,5 @@ def test_what_was_measured_on_other_tasks_is_marked(tmp_path):
         assert text.rstrip().endswith(EARLIER_NOTE)
     assert "| before † | 50.0 %" in leaderboard(found)
     assert "| before | 50.0 %† |" in readme_table(found)
+    assert re.search(r"\| part \| 50.0 % \(\d+ tasks\) \|", readme_table(found))
     assert EARLIER_NOTE not in leaderboard([r for r in found if r.system != "before"])
