@@ -45,7 +45,7 @@ def test_a_checkpoint_plays_through_select_action(monkeypatch, checkpoint):
     asked = []
     cast = Cast(str(checkpoint))
     assert cast.first == "my_policy"
-    assert cast.names == ["my_policy", "teacher", "planner"]
+    assert cast.names == ["my_policy", "student", "teacher", "planner"]
     policy = cast.get("my_policy")._policy.policy
     select_action = policy.select_action
     monkeypatch.setattr(policy, "select_action", lambda batch: asked.append(batch) or select_action(batch))
@@ -66,5 +66,5 @@ def test_what_is_wrong_is_said_at_once(tmp_path):
         Cast("nobody")
     with pytest.raises(ValueError, match="policy"):
         Cast(str(tmp_path))
-    with pytest.raises(ValueError, match="valid: teacher, planner"):
+    with pytest.raises(ValueError, match="valid: student, teacher, planner"):
         Cast("teacher").get("somebody")
