@@ -27,8 +27,6 @@ class Actor(Protocol):
 
     needs_goal: bool
     """It is told object and goal, not words: an instruction that cannot be grounded means nothing to it."""
-    sees: bool
-    """It needs the head camera's picture."""
 
     @property
     def knowledge(self) -> Knowledge | None:
@@ -37,12 +35,16 @@ class Actor(Protocol):
     def reset(self) -> None:
         """Forgets everything; an episode begins, or this one is taken over."""
 
+    def needs_picture(self, world: RearrangeWorld) -> bool:
+        """Whether it will look at the head camera's picture when it acts next."""
+
     def act(self, world: RearrangeWorld, picture: np.ndarray | None) -> tuple[Tensor, Tensor]:
         """Decides for the world's present state.
 
         Args:
             world: a world of one environment.
-            picture: (HEAD_SIZE_PX, HEAD_SIZE_PX, 3) uint8 of the head camera; None only where it does not see.
+            picture: (HEAD_SIZE_PX, HEAD_SIZE_PX, 3) uint8 of the head camera; None only where it does not need
+                one.
 
         Returns:
             Intent (1, 14), zeros where it has none, and servo targets (1, 28) in rad.
@@ -52,7 +54,7 @@ class Actor(Protocol):
 class PrivilegedActor:
     """The planner or the teachers: they know the state."""
 
-    needs_goal, sees = True, False
+    needs_goal = True
 
     def __init__(self, name: str) -> None:
         self._expert = expert_maker(name)(1)
@@ -64,6 +66,9 @@ class PrivilegedActor:
     def reset(self) -> None:
         self._expert.reset()
 
+    def needs_picture(self, world: RearrangeWorld) -> bool:
+        return False
+
     def act(self, world: RearrangeWorld, picture: np.ndarray | None) -> tuple[Tensor, Tensor]:
         with torch.no_grad():
             return self._expert(world)
@@ -72,18 +77,23 @@ class PrivilegedActor:
 class ReadingActor:
     """A LeRobot policy: it sees the head camera, feels its body and reads the instruction, through `select_action`."""
 
-    needs_goal, sees = False, True
+    needs_goal = False
     knowledge = None
 
     def __init__(self, folder: str) -> None:
         self._policy = load_evaluated_policy(folder)
+        self._seen = np.zeros((HEAD_SIZE_PX, HEAD_SIZE_PX, 3), np.uint8)
 
     def reset(self) -> None:
         self._policy.reset(1)
 
+    def needs_picture(self, world: RearrangeWorld) -> bool:
+        return self._policy.needs_picture(world)
+
     def act(self, world: RearrangeWorld, picture: np.ndarray | None) -> tuple[Tensor, Tensor]:
+        self._seen = self._seen if picture is None else picture
         feeling = world.observe().proprioception[0].numpy().astype(np.float32)
-        targets = self._policy(world, {"pixels": {"head": picture}, "agent_pos": feeling})
+        targets = self._policy(world, {"pixels": {"head": self._seen}, "agent_pos": feeling})
         return torch.zeros(1, 14), targets
 
 

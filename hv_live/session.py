@@ -24,7 +24,8 @@ from hv_live.simulation import Simulation
 from hv_sim.rendering import best_corner
 from hv_sim.task import Task
 
-PICTURE_S, STATE_S = 1 / 20, 1 / 10
+PICTURE_S, SLOW_PICTURE_S, STATE_S = 1 / 20, 1 / 16, 1 / 10
+"""Between pictures: where the machine keeps up, and where drawing them would slow the clock."""
 PAUSED_PICTURE_S = 1.0
 AFTER_ERROR_S = 2.0
 MOST_WAITING = 64
@@ -276,7 +277,8 @@ class Session:
             self._publish(room_message(live))
         if now >= self._picture_due and self._painter.is_free:
             # on time, or as soon as the painter is free again; nothing moves in a pause but the camera
-            self._picture_due = now + PAUSED_PICTURE_S if self._paused else max(self._picture_due + PICTURE_S, now)
+            between = PICTURE_S if self._clock.speed >= REAL_TIME else SLOW_PICTURE_S
+            self._picture_due = now + PAUSED_PICTURE_S if self._paused else max(self._picture_due + between, now)
             self._painter.paint(live.copy_data, self._camera(live))
         if now >= self._state_due:
             self._state_due = now + STATE_S

@@ -144,7 +144,8 @@ class Simulation:
     def step(self) -> None:
         """One control step of 1/30 s: look, decide, move, judge."""
         world = self.world
-        picture = self.head_picture() if self._actor.sees or self.recorder is not None else None
+        is_wanted = self.recorder is not None or self._actor.needs_picture(world)
+        picture = self.head_picture() if is_wanted else None
         [self.last_told] = world.instructions()
         intent, targets = self._actor.act(world, picture)
         if not bool(targets.isfinite().all()):

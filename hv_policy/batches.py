@@ -69,10 +69,12 @@ class Reader:
     def __init__(self, encoder: TextEncoder) -> None:
         self._encoder = encoder
         self._words_of: dict[str, Tensor] = {}  # instruction -> word tokens (L, dim), while acting
+        self._recalled: tuple[list[str], Tensor, Tensor] | None = None  # the last ones together
 
     def forget(self) -> None:
         """What was read was read with other weights."""
         self._words_of.clear()
+        self._recalled = None
 
     def read(self, instructions: Sequence[str]) -> tuple[Tensor, Tensor]:
         """Word tokens (B, L, dim) and mask (B, L), with gradients; each distinct instruction is read once."""
@@ -87,7 +89,10 @@ class Reader:
         for text in instructions:
             if text not in self._words_of:
                 self._words_of[text] = self._encoder([text])[0][0]
-        lines = [self._words_of[text] for text in instructions]
-        words = nn.utils.rnn.pad_sequence(lines, batch_first=True)
-        lengths = torch.tensor([len(line) for line in lines], device=words.device)
-        return words, torch.arange(words.shape[1], device=words.device) < lengths.unsqueeze(1)
+        if self._recalled is None or self._recalled[0] != list(instructions):
+            lines = [self._words_of[text] for text in instructions]
+            words = nn.utils.rnn.pad_sequence(lines, batch_first=True)
+            lengths = torch.tensor([len(line) for line in lines], device=words.device)
+            is_word = torch.arange(words.shape[1], device=words.device) < lengths.unsqueeze(1)
+            self._recalled = list(instructions), words, is_word
+        return self._recalled[1:]

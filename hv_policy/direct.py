@@ -1,7 +1,7 @@
 """The student in the paper's form: networks straight from what is seen and read to 28 joint targets."""
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -50,6 +50,10 @@ class DirectStudent:
         """Forgets what was seen."""
         self._memory.clear()
         self.reader.forget()
+
+    def needs_picture(self, instructions: Sequence[str]) -> bool:
+        """It looks at every picture."""
+        return True
 
     @contextmanager
     def undone(self) -> Iterator[None]:

@@ -5,6 +5,7 @@ a belief about them, decides on an intent and lets the motor prior do it; `direc
 to the 28 joint targets.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +104,11 @@ class HVPolicy(PreTrainedPolicy):
         An environment whose instruction differs from the last call's forgets the old task; the others go on.
         """
         return self.student.act(batch)
+
+    def needs_picture(self, instructions: Sequence[str]) -> bool:
+        """Whether the next `select_action`, with these instructions, will look at its pictures at all: whoever draws
+        them for this policy alone may show it the last ones again where it does not."""
+        return self.student.needs_picture(instructions)
 
     @torch.no_grad()
     def predict_action_chunk(self, batch: dict[str, Any], **_: Any) -> Tensor:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -104,26 +106,41 @@ def rotation_6d(rotation: Tensor) -> Tensor:
 def proprioception(state: PhysicsState, heading: Heading | None = None) -> Tensor:
     """(N, 223) root height above the floor, link positions, rotations, linear and angular velocities (Table 9)."""
     heading = Heading.of(state) if heading is None else heading
-    # one rotation of everything that is a vector: 14 positions, 15 + 15 velocities
-    vectors = torch.cat(
-        [
-            state.link_pos_w[:, 1:] - state.link_pos_w[:, :1],
-            state.link_lin_vel_w,
-            state.link_ang_vel_w,
-        ],
-        dim=1,
-    )
-    rotated = heading.rotate(vectors).flatten(1)
-    positions = 3 * (NUM_BODIES - 1)
-    return torch.cat(
-        [
-            state.link_pos_w[:, 0, 2:],
-            rotated[:, :positions],
-            heading.rotate_6d(state.link_rot_w).flatten(1),
-            rotated[:, positions:],
-        ],
-        dim=1,
-    )
+    seen = torch.empty(len(state.link_pos_w), PROPRIOCEPTION_DIM)
+    links = state.link_pos_w, state.link_rot_w, state.link_lin_vel_w, state.link_ang_vel_w
+    _fill_proprioception(seen.numpy(), *(x.contiguous().numpy() for x in (*links, heading.cos, heading.sin)))
+    return seen
+
+
+@numba.njit(cache=True)
+def _fill_proprioception(
+    out: np.ndarray,
+    pos: np.ndarray,
+    rot: np.ndarray,
+    lin_vel: np.ndarray,
+    ang_vel: np.ndarray,
+    cos: np.ndarray,
+    sin: np.ndarray,
+) -> None:
+    """`proprioception` of links (N, 15, 3), (N, 15, 3, 3), robot by robot."""
+    for i in range(len(out)):
+        row, c, s = out[i], cos[i], sin[i]
+        row[0] = pos[i, 0, 2]
+        at = 1
+        for k in range(1, NUM_BODIES):
+            x, y, z = pos[i, k, 0] - pos[i, 0, 0], pos[i, k, 1] - pos[i, 0, 1], pos[i, k, 2] - pos[i, 0, 2]
+            row[at], row[at + 1], row[at + 2] = c * x + s * y, c * y - s * x, z
+            at += 3
+        for k in range(NUM_BODIES):
+            for column in range(2):
+                x, y, z = rot[i, k, 0, column], rot[i, k, 1, column], rot[i, k, 2, column]
+                row[at], row[at + 1], row[at + 2] = c * x + s * y, c * y - s * x, z
+                at += 3
+        for velocities in (lin_vel, ang_vel):
+            for k in range(NUM_BODIES):
+                x, y, z = velocities[i, k, 0], velocities[i, k, 1], velocities[i, k, 2]
+                row[at], row[at + 1], row[at + 2] = c * x + s * y, c * y - s * x, z
+                at += 3
 
 
 def object_observation(state: PhysicsState, object_index: Tensor, heading: Heading | None = None) -> Tensor:

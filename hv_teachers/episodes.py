@@ -41,6 +41,9 @@ class EvaluatedPolicy(Protocol):
     def reset(self, num_envs: int) -> None:
         """Forgets the last episodes; as many begin now."""
 
+    def needs_picture(self, world: RearrangeWorld) -> bool:
+        """Whether it will look at the camera's picture when it acts next."""
+
     def __call__(self, world: RearrangeWorld, observation: dict[str, Any] | None) -> Tensor:
         """(N, 28) servo targets in rad; the observation is `RearrangeEnv`'s, None for a policy that does not see."""
 

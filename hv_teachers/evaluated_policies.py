@@ -68,6 +68,9 @@ class _Planner:
         self.expert = PlannerExpert(num_envs, self.expert.prior)
         self.expert.reset()
 
+    def needs_picture(self, world: RearrangeWorld) -> bool:
+        return False
+
     def __call__(self, world: RearrangeWorld, observation: dict[str, Any] | None) -> Tensor:
         return self.expert(world)[1]
 
@@ -84,6 +87,9 @@ class _Teacher:
 
     def reset(self, num_envs: int) -> None:
         self.teacher.reset()
+
+    def needs_picture(self, world: RearrangeWorld) -> bool:
+        return False
 
     def __call__(self, world: RearrangeWorld, observation: dict[str, Any] | None) -> Tensor:
         return self.teacher(world)
@@ -124,6 +130,11 @@ class _LeRobotPolicy:
 
     def reset(self, num_envs: int) -> None:
         self.policy.reset()
+
+    def needs_picture(self, world: RearrangeWorld) -> bool:
+        """Whether it will look at the next picture; most policies always do."""
+        asked = getattr(self.policy, "needs_picture", None)
+        return True if asked is None else bool(asked(self.impairments.told(world)))
 
     def __call__(self, world: RearrangeWorld, observation: dict[str, Any] | None) -> Tensor:
         from lerobot.envs.utils import preprocess_observation

@@ -19,9 +19,10 @@ from hv_teachers.teacher_config import CONFIG_FOLDER, read_yaml
 from hv_teachers.teacher_recipe import read_recipe, train_recipe
 from hv_teachers.whole_files import write_whole
 
-TRAINED_PER_S, SECONDS_PER_EPISODE = 2500.0, 1.5
+TRAINED_PER_S, SECONDS_PER_EPISODE, SECONDS_PER_SEEN_EPISODE = 2500.0, 1.5, 20.0
 """On two cores of an AMD EPYC, idle: control steps of a teacher's training, and a two-object episode of a policy that
-does not see (`docs/teachers.md`). What is measured here (`timing.json`) is taken instead where there is any."""
+does not see (`docs/teachers.md`), and of one that does. What is measured here (`timing.json`) is taken instead where
+there is any."""
 _KEYS = ("policy", "train", "reuse", "suites", "without", "wrong_instruction")
 
 
@@ -116,12 +117,13 @@ def plan_of(experiment: Experiment, places: Places) -> str:
         samples = read_recipe(experiment.train).samples()
         seconds += samples / TRAINED_PER_S
         steps.append(f"train {samples / 1e6:.0f} M control steps")
+    sees = experiment.policy not in (None, "planner", "teacher")
     for suite, repeats in experiment.suites.items():
         folder = places.evaluation(experiment.name, suite)
         total = SUITE_SIZES[suite] * repeats
         left = total - len(read_outcomes(folder))
         if left > 0:
-            seconds += left * _seconds_per_episode(folder)
+            seconds += left * _seconds_per_episode(folder, sees)
             steps.append(f"{left} episodes of {suite}")
     if not steps:
         return f"{experiment.name}: done"
@@ -172,15 +174,13 @@ def _is_trained(folder: Path) -> bool:
     return (folder / TEACHER_FILES[0]).is_file() and (folder / "recipe.json").is_file()
 
 
-def _seconds_per_episode(folder: Path) -> float:
-    """As measured here before, for this or another experiment's same suite; else a figure of ours."""
-    for path in [folder / "timing.json", *sorted(folder.parents[1].glob(f"*/{folder.name}/timing.json"))]:
-        try:
-            timing = json.loads(path.read_text(encoding="utf-8"))
-            return float(timing["seconds"]) / float(timing["episodes"])
-        except (OSError, ValueError, KeyError, ZeroDivisionError):
-            continue
-    return SECONDS_PER_EPISODE
+def _seconds_per_episode(folder: Path, sees: bool) -> float:
+    """As measured here before; else a figure of ours."""
+    try:
+        timing = json.loads((folder / "timing.json").read_text(encoding="utf-8"))
+        return float(timing["seconds"]) / float(timing["episodes"])
+    except (OSError, ValueError, KeyError, ZeroDivisionError):
+        return SECONDS_PER_SEEN_EPISODE if sees else SECONDS_PER_EPISODE
 
 
 def _duration(seconds: float) -> str:

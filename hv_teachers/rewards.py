@@ -6,13 +6,17 @@ HumanVLA's practice, which the paper omits: without them a robot that has arrive
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from functools import cached_property
 
+import numba
+import numpy as np
 import torch
 from torch import Tensor
 
 from hv_policy.motor import embodiment as body
+from hv_policy.motor.kinematics import Array, as_arrays
 from hv_sim.basis_point_set import BASIS_POINTS
 from hv_sim.world import RearrangeWorld
 
@@ -229,11 +233,27 @@ def retreat_rewards(x: RewardInputs, config: RetreatRewardConfig) -> dict[str, T
 
 def hand_distances_m(x: RewardInputs) -> Tensor:
     """(N, 2) of each hand's centre from the nearest point of the object."""
-    hands = (x.hands - x.object_pos[:, None]) @ x.object_rot  # in the object's frame: two points to turn, not P
-    squared = torch.zeros(1)
-    for point, hand in zip(x.object_points.unbind(-1), hands.unbind(-1), strict=True):
-        squared = squared + (point[:, None] - hand[..., None]).square()
-    return squared.amin(-1).sqrt()
+    distances = torch.empty(len(x.hands), 2)
+    inputs = (value.float() for value in (x.hands, x.object_pos, x.object_rot, x.object_points))
+    _fill_hand_distances(distances.numpy(), *as_arrays(*inputs))
+    return distances.to(x.hands)
+
+
+@numba.njit(cache=True)
+def _fill_hand_distances(out: Array, hands: Array, pos: Array, rot: Array, points: Array) -> None:
+    """`hand_distances_m` of hands (N, 2, 3), objects at (N, 3), turned by (N, 3, 3), and their points (N, P, 3)."""
+    for i in range(len(out)):
+        for k in range(2):
+            # the hand in the object's frame: one point to turn, not P
+            dx, dy, dz = hands[i, k, 0] - pos[i, 0], hands[i, k, 1] - pos[i, 1], hands[i, k, 2] - pos[i, 2]
+            x = rot[i, 0, 0] * dx + rot[i, 1, 0] * dy + rot[i, 2, 0] * dz
+            y = rot[i, 0, 1] * dx + rot[i, 1, 1] * dy + rot[i, 2, 1] * dz
+            z = rot[i, 0, 2] * dx + rot[i, 1, 2] * dy + rot[i, 2, 2] * dz
+            nearest = np.float32(np.inf)
+            for p in range(points.shape[1]):
+                ahead, aside, above = points[i, p, 0] - x, points[i, p, 1] - y, points[i, p, 2] - z
+                nearest = min(nearest, ahead * ahead + aside * aside + above * above)
+            out[i, k] = math.sqrt(nearest)
 
 
 def at_goal(x: RewardInputs, c: TaskRewardConfig) -> Tensor:

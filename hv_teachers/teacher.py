@@ -13,7 +13,8 @@ import torch
 from torch import Tensor
 
 from hv_policy.decision.memory import TaskMemory
-from hv_policy.decision.network import DecisionNetwork, hand_anchors, sight
+from hv_policy.decision.network import DecisionNetwork
+from hv_policy.decision.sight import hand_anchors, sight
 from hv_policy.decision.view import Phase, TaskView, to_heading
 from hv_policy.decision.weights import load_decision, save_decision
 from hv_policy.motor import embodiment as body

@@ -13,7 +13,8 @@ import torch
 from torch import Tensor
 
 from hv_policy.decision.memory import TaskMemory
-from hv_policy.decision.network import DecisionConfig, DecisionNetwork, hand_anchors
+from hv_policy.decision.network import DecisionConfig, DecisionNetwork
+from hv_policy.decision.sight import hand_anchors
 from hv_policy.decision.view import Phase
 from hv_policy.motor.embodiment import CONTROL_DT_S
 from hv_policy.motor.prior import MotorPrior

@@ -1,6 +1,6 @@
 """Trains a student that believes, and acts with it in many environments at once."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -59,6 +59,11 @@ class BeliefStudent:
         self.following = None
         self.reader.forget()
 
+    def needs_picture(self, instructions: Sequence[str]) -> bool:
+        """Whether somebody will look at a picture in the coming step; another instruction makes them look."""
+        following = self.following
+        return following is None or following.instructions != list(instructions) or len(following.looks) > 0
+
     @contextmanager
     def undone(self) -> Iterator[None]:
         """What is done inside leaves no trace."""
@@ -92,14 +97,15 @@ class BeliefStudent:
     def act(self, batch: dict[str, Any]) -> Tensor:
         """(N, 28) servo targets in rad; a control step passes."""
         pictures, states = read_observation(batch, self.cameras, self.config.image_size)
-        state = states[:, -1]
+        state = states[:, -1].cpu()
         instructions = read_instructions(batch, len(state))
         if self.following is None or len(self.following.instructions) != len(instructions):
             self.following = Following.begin(self.network, instructions, BeliefConfig())
         self.following.hear(instructions)
         words, is_word = self.reader.recall(instructions)
         looks = self.following.looks
-        return self.following.act(self.network, pictures[looks, -1, 0], state, words, is_word)
+        action = self.following.act(self.network, pictures[looks, -1, 0], state, words, is_word)
+        return action.to(states.device)
 
     def _texts(self, batch: dict[str, Any], name: str) -> list[str] | None:
         """A text for each picture of a training batch, if the batch or the dataset has such a column."""

@@ -6,16 +6,21 @@ counts, so that walking and turning do not change it; an object that is being ca
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+import numba
+import numpy as np
 import torch
 from torch import Tensor
 
-from hv_policy.belief.outline import COMPASS_DIM, OUTLINE_DIM, compass_yaw_rad, turned_compass, turned_outline
-from hv_policy.belief.places import GROUPS, MIDDLE, OBJECT, PLACES_DIM, SPAN, from_frame, stretch, to_frame, turned
+from hv_policy.belief.outline import COMPASS_DIM, OUTLINE_DIM, turned_outline
+from hv_policy.belief.places import GROUPS, MIDDLE, OBJECT, PLACES_DIM, SPAN, from_frame, stretch, to_frame
 from hv_policy.motor import embodiment
 from hv_policy.motor.embodiment import CONTROL_DT_S
+from hv_policy.motor.kinematics import Array, as_arrays
 from hv_policy.motor.proprioception import BodyState
+from hv_policy.motor.vectors import turned_xy
 
 UNKNOWN = 1e4
 """Variance, m^2, of what was never seen."""
@@ -24,6 +29,7 @@ for _number, _group in enumerate(GROUPS):
     _GROUP_OF[_group] = _number
 _OF_OBJECT = [i for i, g in enumerate(GROUPS) if g.start in (0, 2, 6, 8, 9, 11, 12, 14)]
 """Groups that are settled anew when the object was lost: the object, how to hold it, and where to stand for that."""
+_HELD_STARTS = (SPAN.start, MIDDLE.start)
 _OF_GOAL = [i for i, g in enumerate(GROUPS) if g.start in (3, 5)]
 
 
@@ -63,7 +69,7 @@ class BeliefConfig:
         compass_agrees: (0..1).
     """
 
-    look_every: int = 3
+    look_every: int = 5
     correlation: float = 3.0
     looks: float = 2.0
     unseen: float = 1.5
@@ -136,33 +142,16 @@ class Belief:
     def move(self, body: BodyState, turn_rad: Tensor, carries: Tensor) -> None:
         """A control step has passed: counts the robot's own motion, of which `turn_rad` (N,) is known
         (`hv_policy.belief.odometry`), and takes along what it `carries` (N,) bool."""
-        velocity = body.lin_vel[:, embodiment.PELVIS, :2]
-        before = self.pose
-        if self._velocity is not None:
-            mean = (velocity + self._velocity) / 2 * CONTROL_DT_S
-            middle = before[:, 2:] + turn_rad[:, None] / 2
-            xy = before[:, :2] + turned(mean, middle.cos(), middle.sin())
-            self.pose = torch.cat([xy, before[:, 2:] + turn_rad[:, None]], -1)
-        self._velocity = velocity
-        cos, sin = self.pose[:, 2:].cos(), self.pose[:, 2:].sin()
-        held = body.pos[:, embodiment.HANDS].mean(1)
-        hands = torch.cat([self.pose[:, :2] + turned(held[:, :2], cos, sin), held[:, 2:]], -1)
-        if self._hands is not None and bool(carries.any()):
-            turn = self.pose[:, 2:] - before[:, 2:]
-            cos, sin = turn.cos(), turn.sin()
-
-            def with_hands(vector: Tensor) -> Tensor:
-                return torch.cat([turned(vector[:, :2], cos, sin), vector[:, 2:]], -1)
-
-            moved = self.places.clone()
-            moved[:, OBJECT] = hands + with_hands(self.places[:, OBJECT] - self._hands)
-            moved[:, SPAN] = with_hands(self.places[:, SPAN])
-            moved[:, MIDDLE] = with_hands(self.places[:, MIDDLE])
-            self.places = torch.where(carries[:, None], moved, self.places)
-        self._hands = hands
-        way = (self.pose[:, :2] - before[:, :2]).norm(dim=-1, keepdim=True)
+        velocity = body.lin_vel[:, embodiment.PELVIS, :2].clone()
+        before = velocity if self._velocity is None else self._velocity
+        began = self._velocity is not None
+        hands = torch.empty(len(velocity), 3) if self._hands is None else self._hands.clone()
+        self.pose, self.places, self.variance = self.pose.clone(), self.places.clone(), self.variance.clone()
+        arrays = as_arrays(velocity, before, turn_rad, body.pos[:, embodiment.HANDS], carries)
+        own = (value.numpy() for value in (self.pose, self.places, self.variance, hands))
         c = self.config
-        self.variance = (self.variance + c.unrest**2 + (c.drift * way) ** 2).clamp(max=UNKNOWN)
+        _count_motion(*arrays, *own, began, c.drift, c.unrest)
+        self._velocity, self._hands = velocity, hands
 
     def measure(self, ids: Tensor, places_h: Tensor, spread_h: Tensor) -> None:
         """Takes in what pictures of environments `ids` (n,) say: places (n, 21), heading frame, and their deviations
@@ -174,7 +163,7 @@ class Belief:
         gain = variance / (variance + self.config.correlation * noise)
         # a hundred pictures of an empty wall are one picture of an empty wall
         certain = torch.maximum((1 - gain) * variance, torch.minimum(variance, noise / self.config.looks))
-        self.places = self.places.index_copy(0, ids, places + gain[:, _GROUP_OF.to(gain.device)] * (seen - places))
+        self.places = self.places.index_copy(0, ids, places + gain[:, _GROUP_OF] * (seen - places))
         self.variance = self.variance.index_copy(0, ids, certain)
 
     def measure_outline(self, ids: Tensor, outline_h: Tensor, weight: Tensor) -> None:
@@ -189,17 +178,78 @@ class Belief:
     def measure_compass(self, ids: Tensor, compass_h: Tensor) -> None:
         """Takes in which way the walls run in pictures of environments `ids` (n,), (n, 2), heading frame: the first
         looks tell where they are, the later ones how far odometry has drifted."""
-        c, seen = self.config, turned_compass(compass_h, self.pose[ids, 2])
-        looks = self.compass_looks[ids]
-        astray = torch.atan2(*(turned_compass(seen, -compass_yaw_rad(self.compass[ids])).flip(1).unbind(1))) / 4
-        knows = looks >= c.compass_looks
-        self.pose[ids, 2] -= c.compass_gain * astray * (knows & (seen.norm(dim=1) > c.compass_agrees))
-        share = (~knows / (looks + 1))[:, None]
-        self.compass[ids] += share * (seen - self.compass[ids])
-        self.compass_looks[ids] = looks + 1
+        c = self.config
+        self.pose = self.pose.clone()
+        own = (value.numpy() for value in (self.pose, self.compass, self.compass_looks))
+        _count_compass(*as_arrays(ids, compass_h), *own, c.compass_looks, c.compass_agrees, c.compass_gain)
 
     def now(self) -> tuple[Tensor, Tensor]:
         """(N, 21) the places in the present heading frame, and (N, 21) the logarithm of their squashed deviation."""
         places_h = from_frame(self.places, self.pose)
-        spread = self.variance.sqrt()[:, _GROUP_OF.to(self.variance.device)]
+        spread = self.variance.sqrt()[:, _GROUP_OF]
         return places_h, (spread / stretch(places_h)).log()
+
+
+@numba.njit(cache=True)
+def _count_motion(
+    velocity: Array,
+    velocity_before: Array,
+    turn: Array,
+    hands_h: Array,
+    carries: Array,
+    pose: Array,
+    places: Array,
+    variance: Array,
+    hands: Array,
+    began: bool,
+    drift: float,
+    unrest: float,
+) -> None:
+    """`Belief.move`: changes pose (N, 3), places (N, 21), variance (N, 13) and the point between the hands (N, 3); not
+    `began`: it is the first step, of which no motion is known."""
+    for i in range(len(pose)):
+        angle, way = 0.0, 0.0
+        if began:
+            angle = np.float64(turn[i])
+            middle = pose[i, 2] + angle / 2
+            ahead = (np.float64(velocity[i, 0]) + velocity_before[i, 0]) / 2 * CONTROL_DT_S
+            aside = (np.float64(velocity[i, 1]) + velocity_before[i, 1]) / 2 * CONTROL_DT_S
+            x, y = turned_xy(middle, ahead, aside)
+            pose[i, 0] += x
+            pose[i, 1] += y
+            pose[i, 2] += angle
+            way = math.hypot(x, y)
+        x = (np.float64(hands_h[i, 0, 0]) + hands_h[i, 1, 0]) / 2
+        y = (np.float64(hands_h[i, 0, 1]) + hands_h[i, 1, 1]) / 2
+        x, y = turned_xy(pose[i, 2], x, y)
+        x, y, z = x + pose[i, 0], y + pose[i, 1], (np.float64(hands_h[i, 0, 2]) + hands_h[i, 1, 2]) / 2
+        if began and carries[i]:
+            from_x, from_y = turned_xy(angle, places[i, 0] - hands[i, 0], places[i, 1] - hands[i, 1])
+            places[i, 2] += z - hands[i, 2]
+            places[i, 0], places[i, 1] = x + from_x, y + from_y
+            for at in _HELD_STARTS:
+                places[i, at], places[i, at + 1] = turned_xy(angle, places[i, at], places[i, at + 1])
+        hands[i, 0], hands[i, 1], hands[i, 2] = x, y, z
+        growth = unrest**2 + (drift * way) ** 2
+        for k in range(variance.shape[1]):
+            variance[i, k] = min(variance[i, k] + growth, UNKNOWN)
+
+
+@numba.njit(cache=True)
+def _count_compass(
+    ids: Array, compass_h: Array, pose: Array, compass: Array, count: Array, most: int, agrees: float, gain: float
+) -> None:
+    """`Belief.measure_compass`: changes poses (N, 3), compasses (N, 2) and how many looks they rest on (N,)."""
+    for row in range(len(ids)):
+        env = ids[row]
+        yaw = np.float64(pose[env, 2])
+        x, y = turned_xy(4 * yaw, np.float64(compass_h[row, 0]), np.float64(compass_h[row, 1]))
+        if count[env] >= most:
+            across, along = turned_xy(-math.atan2(compass[env, 1], compass[env, 0]), x, y)
+            if math.hypot(x, y) > agrees:
+                pose[env, 2] = yaw - gain * math.atan2(along, across) / 4
+        else:
+            share = 1 / (count[env] + 1)
+            compass[env, 0] += share * (x - compass[env, 0])
+            compass[env, 1] += share * (y - compass[env, 1])
+        count[env] += 1

@@ -11,12 +11,18 @@ from __future__ import annotations
 import functools
 import math
 
+import numba
+import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from hv_policy.belief.camera import CAMERA_TILT_RAD, ray_directions
+from hv_policy.belief.camera import CAMERA_TILT_RAD
+from hv_policy.motor.embodiment import BODY_NAMES
+from hv_policy.motor.kinematics import Array, as_arrays
 from hv_policy.motor.proprioception import BodyState
+
+_HEAD = BODY_NAMES.index("head")
 
 LEAST_CONTRAST, MOST_CONTRAST = 0.03, 0.15
 LEAST_LEVEL = 0.3
@@ -26,38 +32,54 @@ in upright planes, and there the direction is badly known."""
 
 def compass(pictures: Tensor, body: BodyState) -> Tensor:
     """(B, 2) mean of all edges' cosine and sine of four times their direction, heading frame; its length is how much
-    they agree, 0..1.
+    they agree, 0..1; on the CPU.
 
     Args:
         pictures: (B, 3, S, S), values 0..1.
         body: of the robots, for the pose of the camera.
     """
-    normals, contrast = _edge_planes(pictures)
-    ahead, left, up = ray_directions(body, normals).unbind(-1)
-    angle = torch.atan2(-ahead, left)  # of the normal crossed with the vertical
-    weight = contrast.clamp(max=MOST_CONTRAST) * (contrast > LEAST_CONTRAST) * (up.abs() > LEAST_LEVEL)
-    votes = torch.stack([(4 * angle).cos(), (4 * angle).sin()], -1)
-    return (weight[..., None] * votes).sum(1) / weight.sum(1, keepdim=True).clamp(min=1e-6)
+    grey = pictures.mean(1, keepdim=True).cpu()
+    smooth = F.avg_pool2d(F.pad(grey, (1, 1, 1, 1), mode="replicate"), 3, 1)[:, 0]
+    camera = _camera_axes() @ body.rot[:, _HEAD].mT.cpu()  # rows: its forward, left and up
+    votes = torch.zeros(len(pictures), 2)
+    _count_votes(*as_arrays(smooth, camera), votes.numpy())
+    return votes
 
 
-def _edge_planes(pictures: Tensor) -> tuple[Tensor, Tensor]:
-    """(B, P, 3) unit normals, frame of the head, of the planes that each pixel's edge spans with the camera, and (B, P)
-    the contrast of the edge in a pixel."""
-    grey = F.avg_pool2d(F.pad(pictures.mean(1, keepdim=True), (1, 1, 1, 1), mode="replicate"), 3, 1)
-    sobel = grey.new_tensor([[-1.0, 0.0, 1.0], [-2.0, 0.0, 2.0], [-1.0, 0.0, 1.0]]) / 8
-    across, along = (F.conv2d(grey, kernel[None, None]).flatten(1) for kernel in (sobel, sobel.T.contiguous()))
-    right, down = _pixels(grey.shape[-1])
-    # the line through the pixel: across * (x - right) + along * (y - down) = 0, and the plane that holds it
-    parts = torch.stack([-(across * right + along * down), -across, -along], -1)
-    return F.normalize(parts @ _camera_axes(), dim=-1), (across * across + along * along).sqrt()
-
-
-@functools.cache
-def _pixels(size: int) -> tuple[Tensor, Tensor]:
-    """Where the inner pixels of a picture are, right and down from its middle in halves of its width, (P,) each."""
-    centre = (torch.arange(1, size - 1) + 0.5) / size * 2 - 1
-    down, right = torch.meshgrid(centre, centre, indexing="ij")
-    return right.flatten(), down.flatten()
+@numba.njit(cache=True)
+def _count_votes(grey: Array, camera: Array, out: Array) -> None:
+    """The mean vote (B, 2) of the edges in pictures (B, S, S), where the camera's axes are the rows of (B, 3, 3)."""
+    size = grey.shape[1]
+    for b in range(len(grey)):
+        picture, axes = grey[b], camera[b].astype(np.float64)
+        total, cosine, sine = 0.0, 0.0, 0.0
+        for row in range(1, size - 1):
+            for column in range(1, size - 1):
+                # Sobel's operator
+                left = picture[row - 1, column - 1] + 2 * picture[row, column - 1] + picture[row + 1, column - 1]
+                right = picture[row - 1, column + 1] + 2 * picture[row, column + 1] + picture[row + 1, column + 1]
+                above = picture[row - 1, column - 1] + 2 * picture[row - 1, column] + picture[row - 1, column + 1]
+                below = picture[row + 1, column - 1] + 2 * picture[row + 1, column] + picture[row + 1, column + 1]
+                across, along = np.float64(right - left) / 8, np.float64(below - above) / 8
+                contrast = math.sqrt(across * across + along * along)
+                if contrast <= LEAST_CONTRAST:
+                    continue
+                # the line through the pixel: across * (x - right) + along * (y - down) = 0, and the plane that holds it
+                x, y = (2 * column + 1) / size - 1, (2 * row + 1) / size - 1
+                forward = -(across * x + along * y)
+                ahead = forward * axes[0, 0] - across * axes[1, 0] - along * axes[2, 0]
+                aside = forward * axes[0, 1] - across * axes[1, 1] - along * axes[2, 1]
+                up = forward * axes[0, 2] - across * axes[1, 2] - along * axes[2, 2]
+                level = ahead * ahead + aside * aside
+                if up * up <= LEAST_LEVEL * LEAST_LEVEL * (level + up * up) or level == 0.0:
+                    continue
+                # it runs along (aside, -ahead), the plane's normal crossed with the vertical: that angle, doubled twice
+                c, s = (aside * aside - ahead * ahead) / level, -2 * ahead * aside / level
+                weight = min(contrast, MOST_CONTRAST)
+                total += weight
+                cosine += weight * (c * c - s * s)
+                sine += weight * 2 * c * s
+        out[b, 0], out[b, 1] = cosine / max(total, 1e-6), sine / max(total, 1e-6)
 
 
 @functools.cache

@@ -15,7 +15,7 @@ from torch import Tensor, nn
 
 from hv_policy.batch_invariant import BatchInvariantLinear
 from hv_policy.motor.embodiment import CONTROL_DT_S
-from hv_policy.motor.proprioception import read_proprioception
+from hv_policy.motor.proprioception import read_heading_rate
 from hv_policy.network_file import load_network, save_network
 
 SHIPPED_ODOMETRY = Path(__file__).resolve().parents[1] / "weights" / "odometry.safetensors"
@@ -70,8 +70,7 @@ def features(before: Tensor, now: Tensor) -> Tensor:
 
 def rate_turn(before: Tensor, now: Tensor) -> Tensor:
     """(N,) rad by the mean of the heading's rates before and after."""
-    rates = [read_proprioception(state).heading_rate for state in (before, now)]
-    return (rates[0] + rates[1]) / 2 * CONTROL_DT_S
+    return (read_heading_rate(before) + read_heading_rate(now)) / 2 * CONTROL_DT_S
 
 
 def save_odometry(odometry: Odometry, path: Path, metadata: dict[str, str] | None = None) -> None:

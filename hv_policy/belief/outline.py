@@ -43,13 +43,6 @@ def half_extent_m(outline: Tensor, yaw_rad: Tensor) -> Tensor:
     return ((c * c * xx + 2 * c * s * xy + s * s * yy) * _SPREAD_UNIT_M2).clamp(min=0.03**2).sqrt()
 
 
-def turned_compass(compass: Tensor, angle_rad: Tensor) -> Tensor:
-    """(N, 2) compasses turned by (N,) angles."""
-    c, s = (4 * angle_rad).cos(), (4 * angle_rad).sin()
-    x, y = compass.unbind(1)
-    return torch.stack([c * x - s * y, s * x + c * y], 1)
-
-
 def compass_yaw_rad(compass: Tensor) -> Tensor:
     """(N,) one of the four directions."""
     return torch.atan2(compass[:, 1], compass[:, 0]) / 4

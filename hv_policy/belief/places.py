@@ -5,8 +5,14 @@ The heading frame turns with the yaw of the pelvis, its origin is on the floor b
 
 from __future__ import annotations
 
+import math
+
+import numba
+import numpy as np
 import torch
 from torch import Tensor
+
+from hv_policy.motor.kinematics import Array, as_arrays
 
 OBJECT, GOAL = slice(0, 3), slice(3, 6)
 """Where the object asked for and its goal are, m."""
@@ -37,6 +43,7 @@ GROUPS = (
 """Numbers that are equally uncertain, whichever way the robot has turned."""
 _POINTS = (slice(0, 2), slice(3, 5), PICK, PLACE)
 _DIRECTIONS = (slice(6, 8), slice(9, 11), PICK_TURN, PLACE_TURN)
+_POINT_STARTS, _DIRECTION_STARTS = (tuple(part.start for part in parts) for parts in (_POINTS, _DIRECTIONS))
 
 PRIOR_SPREAD = torch.tensor([
     1.7, 1.7, 0.6, 1.9, 1.9, 0.6, 0.4, 0.4, 0.1, 0.3, 0.3, 0.7, 1.7, 1.7, 0.75, 0.75, 1.8, 1.8, 0.75, 0.75, 0.5
@@ -70,24 +77,40 @@ def stretch(places: Tensor) -> Tensor:
 
 def to_frame(places_h: Tensor, pose: Tensor) -> Tensor:
     """(N, 21) from the heading frame of a robot at `pose` (N, 3: x, y, yaw) to the frame that the pose is given in."""
-    c, s = pose[:, 2].cos()[:, None], pose[:, 2].sin()[:, None]
-    out = places_h.clone()
-    for part in (*_POINTS, *_DIRECTIONS):
-        out[:, part] = turned(places_h[:, part], c, s)
-    for part in _POINTS:
-        out[:, part] += pose[:, :2]
+    out = places_h.detach().clone(memory_format=torch.contiguous_format)
+    _to_frame(out.numpy(), *as_arrays(pose))
     return out
 
 
 def from_frame(places: Tensor, pose: Tensor) -> Tensor:
     """The inverse of `to_frame`."""
-    c, s = pose[:, 2].cos()[:, None], -pose[:, 2].sin()[:, None]
-    out = places.clone()
-    for part in _POINTS:
-        out[:, part] = turned(places[:, part] - pose[:, :2], c, s)
-    for part in _DIRECTIONS:
-        out[:, part] = turned(places[:, part], c, s)
+    out = places.detach().clone(memory_format=torch.contiguous_format)
+    _from_frame(out.numpy(), *as_arrays(pose))
     return out
+
+
+@numba.njit(cache=True)
+def _to_frame(places: Array, pose: Array) -> None:
+    for i in range(len(places)):
+        cos, sin = math.cos(pose[i, 2]), math.sin(pose[i, 2])
+        for at in _POINT_STARTS:
+            x, y = np.float64(places[i, at]), np.float64(places[i, at + 1])
+            places[i, at], places[i, at + 1] = cos * x - sin * y + pose[i, 0], sin * x + cos * y + pose[i, 1]
+        for at in _DIRECTION_STARTS:
+            x, y = np.float64(places[i, at]), np.float64(places[i, at + 1])
+            places[i, at], places[i, at + 1] = cos * x - sin * y, sin * x + cos * y
+
+
+@numba.njit(cache=True)
+def _from_frame(places: Array, pose: Array) -> None:
+    for i in range(len(places)):
+        cos, sin = math.cos(pose[i, 2]), math.sin(pose[i, 2])
+        for at in _POINT_STARTS:
+            x, y = np.float64(places[i, at]) - pose[i, 0], np.float64(places[i, at + 1]) - pose[i, 1]
+            places[i, at], places[i, at + 1] = cos * x + sin * y, cos * y - sin * x
+        for at in _DIRECTION_STARTS:
+            x, y = np.float64(places[i, at]), np.float64(places[i, at + 1])
+            places[i, at], places[i, at + 1] = cos * x + sin * y, cos * y - sin * x
 
 
 def turned(xy: Tensor, cos: Tensor, sin: Tensor) -> Tensor:

@@ -7,6 +7,9 @@ on next to nothing, holds it lower and wider the next time.
 
 from __future__ import annotations
 
+import math
+
+import numba
 import torch
 from torch import Tensor
 
@@ -14,8 +17,10 @@ from hv_policy.belief.places import MIDDLE, OBJECT, SPAN
 from hv_policy.belief.stands import LOW_M
 from hv_policy.decision.view import Phase
 from hv_policy.motor.embodiment import HANDS
+from hv_policy.motor.kinematics import Array, as_arrays
 from hv_policy.motor.proprioception import BodyState
 
+_ABOVE, _HEIGHT, _SPAN = MIDDLE.stop - 1, OBJECT.stop - 1, SPAN.start
 LEVELS = 3
 """After so many tries it begins again from where the network believes that it should be held."""
 LOWER_M, WIDER_M = 0.09, 0.05
@@ -37,14 +42,24 @@ def closed_on_little(body: BodyState, phase: Tensor, coming: Tensor) -> Tensor:
 
 def regripped(places: Tensor, slips: Tensor) -> Tensor:
     """(N, 21) places in which the hands hold the object as is best after it slipped `slips` (N,) times."""
-    level, out = (slips % LEVELS).to(places), places.clone()
-    above, height = places[:, MIDDLE][:, 2], places[:, OBJECT][:, 2]
-    # the middle of what stands on the floor is as far from its top as from the floor
-    above = torch.where(height < LOW_M, above.minimum(height - BELOW_TOP_M), above)
-    # held below its top, it reaches about so far below its middle as its top is above it
-    lowest = above.minimum(ABOVE_BOTTOM_M - BELOW_TOP_M - above)
-    out[:, MIDDLE.stop - 1] = (above - LOWER_M * level).maximum(lowest)
-    width = 2 * places[:, SPAN].norm(dim=-1)
-    wanted = width.clamp(min=NARROWEST_M) + WIDER_M * level
-    out[:, SPAN] = places[:, SPAN] * (wanted / width.clamp(min=1e-3))[:, None]
+    out = places.clone(memory_format=torch.contiguous_format)
+    _regrip(out.numpy(), *as_arrays(slips))
     return out
+
+
+@numba.njit(cache=True)
+def _regrip(places: Array, slips: Array) -> None:
+    """Changes places (N, 21) after slips (N,)."""
+    for i in range(len(places)):
+        level = slips[i] % LEVELS
+        above, height = places[i, _ABOVE], places[i, _HEIGHT]
+        # the middle of what stands on the floor is as far from its top as from the floor
+        if height < LOW_M:
+            above = min(above, height - BELOW_TOP_M)
+        # held below its top, it reaches about so far below its middle as its top is above it
+        lowest = min(above, ABOVE_BOTTOM_M - BELOW_TOP_M - above)
+        places[i, _ABOVE] = max(above - LOWER_M * level, lowest)
+        x, y, z = places[i, _SPAN], places[i, _SPAN + 1], places[i, _SPAN + 2]
+        width = 2 * math.sqrt(x * x + y * y + z * z)
+        wider = (max(width, NARROWEST_M) + WIDER_M * level) / max(width, 1e-3)
+        places[i, _SPAN], places[i, _SPAN + 1], places[i, _SPAN + 2] = wider * x, wider * y, wider * z

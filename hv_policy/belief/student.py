@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
+import numba
+import numpy as np
 import torch
 from torch import Tensor, nn
 
@@ -14,7 +16,6 @@ from hv_policy.belief.belief import Belief, BeliefConfig
 from hv_policy.belief.camera import project
 from hv_policy.belief.compass import compass
 from hv_policy.belief.floor import floor_in_view
-from hv_policy.belief.floor_map import points_to_look_at
 from hv_policy.belief.labels import Landmarks
 from hv_policy.belief.odometry import Odometry, load_odometry
 from hv_policy.belief.perception import OBJECT_QUERY, Measurement, Perception, Sight
@@ -29,24 +30,28 @@ from hv_policy.belief.places import (
     PRIOR_SPREAD,
     WAYPOINT,
     stretch,
-    turned,
     unsquash,
 )  # fmt: skip
 from hv_policy.belief.regrip import LEVELS, closed_on_little, regripped
 from hv_policy.belief.task_places import leg_is_done, view_of
 from hv_policy.belief.wayfinder import Wayfinder
 from hv_policy.decision.memory import TaskMemory
-from hv_policy.decision.network import DecisionConfig, DecisionNetwork, hand_anchors, sight
+from hv_policy.decision.network import DecisionConfig, DecisionNetwork
+from hv_policy.decision.sight import hand_anchors, sight
 from hv_policy.decision.view import Phase
 from hv_policy.decision.weights import load_decision
 from hv_policy.motor.embodiment import CONTROL_DT_S
 from hv_policy.motor.intent import GAZE, VELOCITY
+from hv_policy.motor.kinematics import Array, as_arrays
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_policy.motor.proprioception import BodyState, read_proprioception
+from hv_policy.motor.vectors import turned_xy
 
 DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
 ARRIVED_M, RISE_S = 0.35, 1.5
+_WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
+_LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
 
 
@@ -196,17 +201,17 @@ class Following:
         Args:
             network: who acts.
             pictures: (n, 3, H, W), 0..1, of the environments `looks`.
-            state: (N, 223) proprioception.
+            state: (N, 223) proprioception, on the CPU, where all but the perception happens.
             words, is_word: (N, L, dim) and (N, L) bool, from `Perception.text`.
         """
         body = read_proprioception(state)
         phase = self.memory.phase
-        turn_rad = torch.zeros(len(state)) if self.felt is None else network.odometry(self.felt, state)
+        turn_rad = torch.zeros(len(state)) if self.felt is None else _at_its_place(network.odometry, self.felt, state)
         self.felt = state
         self.belief.move(body, turn_rad, (phase >= Phase.LIFT) & (phase <= Phase.LOWER))
         looks = self.looks
         if len(looks):
-            self._look(network.perception, looks, pictures, state[looks], words[looks], is_word[looks])
+            self._look(network.perception, looks, pictures, state[looks], body, words[looks], is_word[looks])
         self.blind_steps += 1
         self.blind_steps[looks] = 1
         places_h, log_spread = self.belief.now()
@@ -267,18 +272,27 @@ class Following:
         return torch.where(rises, rising, intent)
 
     def _look(
-        self, perception: Perception, ids: Tensor, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor
+        self,
+        perception: Perception,
+        ids: Tensor,
+        pictures: Tensor,
+        state: Tensor,
+        everybody: BodyState,
+        words: Tensor,
+        is_word: Tensor,
     ) -> None:
-        """Takes in the pictures of environments `ids` (n,); all arguments are theirs."""
-        shown, body = perception.look(pictures, state), read_proprioception(state)
+        """Takes in the pictures of environments `ids` (n,); all arguments but the bodies are theirs."""
+        body = BodyState(*(getattr(everybody, f.name)[ids] for f in fields(everybody)))
+        shown = perception.look(pictures, state.to(pictures.device))
         seen = perception.judge(shown, words, is_word)
+        seen = Measurement(*(getattr(seen, f.name).cpu() for f in fields(seen)))
         self.belief.measure_compass(ids, compass(pictures, body))
         places = unsquash(seen.places)
         # what the network knows without looking must not count anew with every picture
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
-        told = ((-2 * seen.log_spread).exp() - known.to(places)).clamp(min=1e-4)
+        told = ((-2 * seen.log_spread).exp() - known).clamp(min=1e-4)
         self.belief.measure(ids, places, told.rsqrt() * stretch(places) * self._doubtful(seen))
-        self._miss(ids, seen, state)
+        self._miss(ids, seen, body)
         distance = places[:, OBJECT][:, :2].norm(dim=-1)
         in_view = 1 - seen.pointing[:, OBJECT_QUERY, 0].exp()
         near = self.memory.phase[ids] <= Phase.REACH
@@ -287,14 +301,14 @@ class Following:
 
     def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:
         """Takes in which floor is free in the pictures of environments `ids` (n,), and finds their ways over it."""
-        points = points_to_look_at()
-        in_view = floor_in_view(body, points.expand(len(ids), -1, -1))
         finder, belief = self.wayfinder, self.belief
         for row, env in enumerate(ids.tolist()):
-            there, one = points[in_view[row]], slice(row, row + 1)
+            points, one = finder.floor.points_to_look_at(env), slice(row, row + 1)
             own = BodyState(*(getattr(body, f.name)[one] for f in fields(body)))
-            logits = perception.floor(shown.tokens[one], shown.fine[one], own, there[None])[0]
-            finder.floor.see(env, belief.pose[env], there, logits)
+            there = points[floor_in_view(own, points[None])[0]]
+            at = BodyState(*(getattr(own, f.name).to(shown.fine) for f in fields(own)))
+            logits = perception.floor(shown.tokens[one], shown.fine[one], at, there[None].to(shown.fine))[0]
+            finder.floor.see(env, belief.pose[env], there, logits.cpu())
             look_at = self.vantage[env] if self.exploring_s[env] > 0 else None
             phase = int(self.memory.phase[env])
             shape = belief.outline[env], belief.compass[env]
@@ -310,34 +324,28 @@ class Following:
             doubtful[:, place] += missing[:, query : query + 1]
         return doubtful
 
-    def _miss(self, ids: Tensor, seen: Measurement, state: Tensor) -> None:
+    def _miss(self, ids: Tensor, seen: Measurement, body: BodyState) -> None:
         """What should be in the pictures of environments `ids`, and is not, is believed less.
 
         Without it one wrong sight is believed for ever: a hundred pictures that show nothing say nothing of a place.
         """
         c, phase = self.belief.config, self.memory.phase[ids]
-        places_h, body = self.belief.now()[0][ids], read_proprioception(state)
+        places_h = self.belief.now()[0][ids]
         looked_for = (phase <= Phase.REACH, phase == Phase.CARRY)
+        at, visible = project(body, torch.stack([places_h[:, OBJECT], places_h[:, GOAL]], 1))
+        inside = visible & (at.abs() < 1 - c.absent).all(-1)
         for query, (place, matters) in enumerate(zip((OBJECT, GOAL), looked_for, strict=True)):
-            at, visible = project(body, places_h[:, None, place])
-            inside = visible[:, 0] & (at[:, 0].abs() < 1 - c.absent).all(-1)
             distance = places_h[:, place][:, :2].norm(dim=-1)
             is_near = (distance > c.absent_beyond_m) & (distance < c.absent_within_m)
-            absent = inside & is_near & (seen.pointing[:, query, 0].exp() > c.absent_share)
+            absent = inside[:, query] & is_near & (seen.pointing[:, query, 0].exp() > c.absent_share)
             missed = ids[(absent | (distance < c.inside_m)) & matters]
             if len(missed):
                 self.belief.disbelieve(missed, place)
 
     def _way_now(self, places_h: Tensor) -> Tensor:
         """(N, 8) the way in the present heading frame; where the waypoint is a stand, the one that is believed in."""
-        pose, way = self.belief.pose, self.wayfinder.way.clone()
-        cos, sin = pose[:, 2:].cos(), -pose[:, 2:].sin()
-        way[:, WAYPOINT] = turned(way[:, WAYPOINT] - pose[:, :2], cos, sin)
-        way[:, AWAY] = turned(way[:, AWAY], cos, sin)
-        to_place = (self.memory.phase >= Phase.LIFT) & (self.memory.phase <= Phase.LOWER)
-        stand = torch.where(to_place[:, None], places_h[:, PLACE], places_h[:, PICK])
-        at_stand = (way[:, IS_LAST] > 0.5) & (self.memory.phase <= Phase.LOWER)
-        way[:, WAYPOINT] = torch.where(at_stand[:, None], stand, way[:, WAYPOINT])
+        way, phase = self.wayfinder.way.clone(), self.memory.phase
+        _turn_way(way.numpy(), *as_arrays(self.belief.pose, places_h, phase))
         return way
 
     def _decide(
@@ -358,7 +366,8 @@ class Following:
         sights = sight(observed, view, leg_is_done(way), self.memory.phase > Phase.LIFT)
         geometry = state.new_zeros(len(state), 600)
         before = self.memory.vector(view)
-        phase = self._sure_of(decision.phase_logits(sights, geometry, before).argmax(-1), places_h)
+        logits = _at_its_place(decision, sights, geometry, before, ask=decision.phase_logits)
+        phase = self._sure_of(logits.argmax(-1), places_h)
         phase = self._elsewhere(phase)
         before_this = self.memory.phase
         closed = closed_on_little(body, before_this, phase) & (self.slips < LEVELS)
@@ -377,9 +386,9 @@ class Following:
         self._look_again(lost & slipped, self.belief.config.doubt_at_feet)
         self._look_again(lost & ~slipped, self.belief.config.doubt)
         vector = self.memory.vector(view)
-        action = decision(sights, hand_anchors(view, vector), geometry, vector)
+        action = _at_its_place(decision, sights, hand_anchors(view, vector), geometry, vector)
         self.memory.tick()
-        return decision.from_units(action)
+        return _at_its_place(decision, action, ask=decision.from_units)
 
     def _elsewhere(self, phase: Tensor) -> Tensor:
         """(N,) the phase that comes next, but who could not reach the object from a side, twice, goes to another one.
@@ -416,3 +425,23 @@ class Following:
             is_far = (phase == aligns) & (places_h[:, stand].norm(dim=-1) > c.align_within_m)
             phase = torch.where(is_far, torch.full_like(phase, int(walks)), phase)
         return torch.where(back, torch.full_like(phase, int(Phase.APPROACH)), phase)
+
+
+def _at_its_place(
+    network: Odometry | DecisionNetwork, *inputs: Tensor, ask: Callable[..., Tensor] | None = None
+) -> Tensor:
+    """What a network makes of tensors on the CPU, there again, wherever its weights are."""
+    device = network.mean.device
+    return (ask or network)(*(value.to(device) for value in inputs)).cpu()
+
+
+@numba.njit(cache=True)
+def _turn_way(way: Array, pose: Array, places_h: Array, phase: Array) -> None:
+    """`Following._way_now`: changes ways (N, 8) in the frame of odometry."""
+    for i in range(len(way)):
+        x, y, yaw = np.float64(pose[i, 0]), np.float64(pose[i, 1]), np.float64(pose[i, 2])
+        way[i, _WAYPOINT], way[i, _WAYPOINT + 1] = turned_xy(-yaw, way[i, _WAYPOINT] - x, way[i, _WAYPOINT + 1] - y)
+        way[i, _AWAY], way[i, _AWAY + 1] = turned_xy(-yaw, np.float64(way[i, _AWAY]), np.float64(way[i, _AWAY + 1]))
+        if way[i, IS_LAST] > 0.5 and phase[i] <= _LOWER:
+            stand = _PLACE if phase[i] >= _LIFT else _PICK
+            way[i, _WAYPOINT], way[i, _WAYPOINT + 1] = places_h[i, stand], places_h[i, stand + 1]

@@ -28,14 +28,14 @@ from hv_policy.belief.stands import Stand, choose_stand, is_same_side
 from hv_policy.belief.ways import Reach, Way, Window, place_to_look_from, room_here, step_back, way_to, way_to_stand
 from hv_policy.decision.view import Phase
 
-LOOKS_A_PLAN = 5
+LOOKS_A_PLAN = 3
 """A path is planned anew after so many looks, or when the stand that it leads to has moved by more than:"""
 MOVED_M, MOVED_RAD = 0.15, 0.4
 KEEP_OFF_M = 0.3
 """Ways to an object do not lead nearer past it than this, when its sides are compared."""
 BACK_M = 0.12
 """Short of its end by this, the way back counts as done."""
-LET_LIE_M, LOOKS_BACK = 0.5, 35
+LET_LIE_M, LOOKS_BACK = 0.5, 21
 """From what slipped out of its hands the robot walks back so far, for so many looks at most."""
 
 

@@ -8,14 +8,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
+import numba
+import numpy as np
 import torch
 from torch import Tensor
 
-from hv_policy.decision.view import Phase, TaskView, to_heading
+from hv_policy.decision.view import Phase, TaskView
 from hv_policy.motor.embodiment import CONTROL_DT_S
+from hv_policy.motor.kinematics import Array, as_arrays
+from hv_policy.motor.vectors import turned_xy
 
 NUM_PHASES = len(Phase)
 VECTOR_DIM = 1 + 1 + 6 + 6 + 3 + 1
+_APPROACH, _SQUEEZE, _LIFT = int(Phase.APPROACH), int(Phase.SQUEEZE), int(Phase.LIFT)
+_LOWER, _RELEASE = int(Phase.LOWER), int(Phase.RELEASE)
 
 
 @dataclass
@@ -68,21 +74,18 @@ class TaskMemory:
         To hold something or to be done and then to approach again means that it was lost; such an environment needs a
         new route.
         """
-        unset = self.start_height < 0
-        self.start_height = torch.where(unset, view.object_pos[:, 2], self.start_height)
-        changed = phase != self.phase
-        lost = changed & (phase == Phase.APPROACH) & (self.phase >= Phase.LIFT)
-        begun = changed & ((phase == Phase.LIFT) | (phase == Phase.LOWER))
-        hands = to_heading(view, view.hands)
-        offset = hands - to_heading(view, view.object_pos[:, None])
-        pressed = changed & ((phase == Phase.SQUEEZE) | (phase == Phase.RELEASE))
-        self.from_hands = torch.where((begun | pressed)[:, None, None], hands, self.from_hands)
-        self.offset = torch.where(begun[:, None, None], offset, self.offset)
-        self.from_object_w = torch.where(begun[:, None], view.object_pos, self.from_object_w)
-        self.start_height = torch.where(lost, -torch.ones_like(self.start_height), self.start_height)
-        self.clock_s = torch.where(changed, torch.zeros_like(self.clock_s), self.clock_s)
-        self.phase = phase
+        lost = torch.zeros(len(phase), dtype=torch.bool)
+        remembered = self.clone()
+        changing = (value.numpy() for value in (lost, *remembered._values))
+        _advance(*as_arrays(phase, view.hands, view.object_pos, view.root_xy, view.root_yaw), *changing)
+        remembered.phase = phase
+        for f in fields(self):
+            setattr(self, f.name, getattr(remembered, f.name))
         return lost
+
+    @property
+    def _values(self) -> list[Tensor]:
+        return [getattr(self, f.name) for f in fields(self)]
 
     def tick(self) -> None:
         """A control step passes."""
@@ -90,14 +93,71 @@ class TaskMemory:
 
     def vector(self, view: TaskView) -> Tensor:
         """(N, 18) phase, clock and places as numbers, heading frame."""
-        return torch.cat(
-            [
-                self.phase[:, None].to(torch.float32),
-                self.clock_s[:, None],
-                self.from_hands.flatten(1),
-                self.offset.flatten(1),
-                to_heading(view, self.from_object_w[:, None])[:, 0],
-                torch.where(self.start_height < 0, view.object_pos[:, 2], self.start_height)[:, None],
-            ],
-            -1,
-        )
+        vector = torch.empty(len(self.phase), VECTOR_DIM)
+        _fill_vector(vector.numpy(), *as_arrays(*self._values, view.object_pos, view.root_xy, view.root_yaw))
+        return vector
+
+
+@numba.njit(cache=True)
+def _advance(
+    coming: Array,
+    hands: Array,
+    obj: Array,
+    root_xy: Array,
+    root_yaw: Array,
+    lost: Array,
+    phase: Array,
+    clock_s: Array,
+    from_hands: Array,
+    offset: Array,
+    from_object: Array,
+    start_height: Array,
+) -> None:
+    """`TaskMemory.advance`: writes who lost the object (N,), and changes all but the phase (N,)."""
+    for i in range(len(coming)):
+        if start_height[i] < 0:
+            start_height[i] = obj[i, 2]
+        if coming[i] == phase[i]:
+            continue
+        clock_s[i] = 0.0
+        begun = coming[i] == _LIFT or coming[i] == _LOWER
+        yaw, x, y = -np.float64(root_yaw[i]), np.float64(root_xy[i, 0]), np.float64(root_xy[i, 1])
+        ahead, aside = turned_xy(yaw, obj[i, 0] - x, obj[i, 1] - y)
+        if begun or coming[i] == _SQUEEZE or coming[i] == _RELEASE:
+            for k in range(2):
+                hand = turned_xy(yaw, hands[i, k, 0] - x, hands[i, k, 1] - y)
+                from_hands[i, k, 0], from_hands[i, k, 1], from_hands[i, k, 2] = hand[0], hand[1], hands[i, k, 2]
+                if begun:
+                    offset[i, k, 0], offset[i, k, 1] = hand[0] - ahead, hand[1] - aside
+                    offset[i, k, 2] = hands[i, k, 2] - obj[i, 2]
+        if begun:
+            from_object[i, 0], from_object[i, 1], from_object[i, 2] = obj[i, 0], obj[i, 1], obj[i, 2]
+        lost[i] = coming[i] == _APPROACH and phase[i] >= _LIFT
+        if lost[i]:
+            start_height[i] = -1.0
+
+
+@numba.njit(cache=True)
+def _fill_vector(
+    out: Array,
+    phase: Array,
+    clock_s: Array,
+    from_hands: Array,
+    offset: Array,
+    from_object: Array,
+    start_height: Array,
+    obj: Array,
+    root_xy: Array,
+    root_yaw: Array,
+) -> None:
+    """`TaskMemory.vector`, (N, 18)."""
+    for i in range(len(out)):
+        out[i, 0], out[i, 1] = phase[i], clock_s[i]
+        for k in range(2):
+            for d in range(3):
+                out[i, 2 + 3 * k + d] = from_hands[i, k, d]
+                out[i, 8 + 3 * k + d] = offset[i, k, d]
+        x, y = np.float64(from_object[i, 0]) - root_xy[i, 0], np.float64(from_object[i, 1]) - root_xy[i, 1]
+        out[i, 14], out[i, 15] = turned_xy(-np.float64(root_yaw[i]), x, y)
+        out[i, 16] = from_object[i, 2]
+        out[i, 17] = obj[i, 2] if start_height[i] < 0 else start_height[i]

@@ -12,14 +12,13 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import Protocol
 
 import torch
 from torch import Tensor, nn
 
 from hv_policy.batch_invariant import BatchInvariantLinear
 from hv_policy.decision.memory import NUM_PHASES, VECTOR_DIM
-from hv_policy.decision.view import TaskView, to_heading
+from hv_policy.decision.sight import ANCHOR_DIM, ANCHORS, OBSERVATION_DIM, SIGHT_DIM
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.intent import (
     GAZE,
@@ -37,14 +36,9 @@ MEMORIES = ("phase", "intent", "none")
 SEES = ("all", "places")
 ACTIONS = ("intent", "joints")
 
-OBSERVATION_DIM = 223 + 15 + 9 + 3 + 3
-ROUTE_DIM = 6 + 4 + 4 + 1 + 1 + 1
-NEAR_DIM = 6 + 3 + 3 + 3 + 3 + 3 + 2 + 4
-ANCHORS = ("neutral", "hands", "grasp", "begun", "placed", "picked", "chest")
-ANCHOR_DIM = 6 * len(ANCHORS)
-SIGHT_DIM = OBSERVATION_DIM + ROUTE_DIM + NEAR_DIM
 _UNSEEN_ANCHORS = [ANCHORS.index("grasp"), ANCHORS.index("chest")]  # without the route
-_MEMORY_FEATURES = NUM_PHASES + 4 + VECTOR_DIM - 2
+_CLOCK_UNITS_S = (0.4, 1.0, 2.0, 5.0)
+_MEMORY_FEATURES = NUM_PHASES + len(_CLOCK_UNITS_S) + VECTOR_DIM - 2
 GEOMETRY_DIM = 600
 # of section 3's observations: how object and goal are turned, how the object moves, and its size
 _SHAPES = [*range(226, 238), *range(241, 247), *range(250, 253)]
@@ -91,84 +85,6 @@ class DecisionConfig:
         return NUM_PHASES if self.memory == "phase" else 1
 
 
-class Observed(Protocol):
-    """The privileged observations of the paper (Tables 9 to 11), heading frame."""
-
-    proprioception: Tensor  # (N, 223)
-    object: Tensor  # (N, 15)
-    goal: Tensor  # (N, 9)
-    waypoint: Tensor  # (N, 3)
-    half_extents: Tensor  # (N, 3)
-
-
-def sight(observation: Observed, view: TaskView, leg_is_done: Tensor, picked_up: Tensor) -> Tensor:
-    """(N, SIGHT_DIM) what is seen now: observations, route, and what is near in fine units.
-
-    Beside section 3's observations (253 numbers and the geometry) the teacher sees what the planner sees and they do
-    not determine: which side of the object the route takes it from (grasp points), where to stand for it at both ends,
-    and whether the current waypoint is the last of its leg.
-    """
-    grasp, hands = to_heading(view, view.grasp), to_heading(view, view.hands)
-    obj = to_heading(view, view.object_pos[:, None])[:, 0]
-    goal = to_heading(view, view.goal_pos[:, None])[:, 0]
-    pick, place = _stand(view, view.pick_stand), _stand(view, view.place_stand)
-    waypoint = observation.waypoint[:, :2]
-    distance = waypoint.norm(dim=-1, keepdim=True)
-    away = obj[:, :2].norm(dim=-1, keepdim=True)
-    near = [
-        _near((grasp - hands).flatten(1), 0.15),
-        _near(obj - goal, 0.2),
-        _near(torch.cat([pick[:, :2], _angle(pick)], -1), 0.3),
-        _near(torch.cat([place[:, :2], _angle(place)], -1), 0.3),
-        torch.cat([waypoint / distance.clamp(min=1e-3), distance.clamp(max=1.0)], -1),
-        _near(obj - hands.mean(1), 0.25),
-        _near(away - 1.15, 0.3),
-        _near(view.object_pos[:, 2:] - view.goal_pos[:, 2:], 0.05),
-        _near(view.clearance_m[:, None] - 0.34, 0.12),
-        _turned(view, view.away),
-        view.may_back[:, None].float(),
-    ]
-    return torch.cat(
-        [
-            observation.proprioception,
-            observation.object,
-            observation.goal,
-            observation.waypoint,
-            observation.half_extents,
-            grasp.flatten(1),
-            pick,
-            place,
-            view.depth_m[:, None],
-            leg_is_done[:, None].float(),
-            picked_up[:, None].float(),
-            *near,
-        ],
-        -1,
-    )
-
-
-def hand_anchors(view: TaskView, memory: Tensor) -> Tensor:
-    """(N, 42) seven places for the (right, left) hand in the order of `ANCHORS`; heading frame, z above the floor.
-
-    Args:
-        view: what there is to see.
-        memory: (N, 18), `TaskMemory.vector`.
-    """
-    n = len(memory)
-    neutral = neutral_intent(n)
-    hands, grasp = to_heading(view, view.hands), to_heading(view, view.grasp)
-    begun = memory[:, 2:8].unflatten(-1, (2, 3))
-    offset = memory[:, 8:14].unflatten(-1, (2, 3))
-    goal = to_heading(view, view.goal_pos[:, None])
-    picked = memory[:, None, 14:17]
-    ahead = (0.2 + view.depth_m / 2).clamp(min=0.34)
-    height = (torch.maximum(memory[:, 17], view.goal_pos[:, 2]) + 0.12).clamp(min=1.0)
-    centred = torch.cat([offset[..., :2] - offset[..., :2].mean(1, keepdim=True), offset[..., 2:]], -1)
-    chest = torch.stack([ahead, torch.zeros_like(ahead), height], -1)[:, None] + centred
-    rest = torch.stack([neutral[:, RIGHT_HAND], neutral[:, LEFT_HAND]], 1)
-    return torch.stack([rest, hands, grasp, begun, goal + offset, picked + offset, chest], 1).flatten(1)
-
-
 class DecisionNetwork(nn.Module):
     """See the module's docstring. Inputs are raw; normalisation is part of it (`set_normalization`)."""
 
@@ -195,6 +111,10 @@ class DecisionNetwork(nn.Module):
         self.register_buffer("_high", torch.tensor(INTENT_HIGH), persistent=False)
         self.register_buffer("_units", INTENT_UNITS.clone(), persistent=False)
         self.register_buffer("_rest", neutral_intent(1)[0], persistent=False)
+        visible = torch.ones(SIGHT_DIM).index_fill(0, torch.tensor(_SHAPES), 0.0)
+        self.register_buffer("_visible", visible, persistent=False)
+        self.register_buffer("_one_hot", torch.eye(NUM_PHASES), persistent=False)
+        self.register_buffer("_clock_units_s", torch.tensor(_CLOCK_UNITS_S), persistent=False)
 
     def set_normalization(self, sights: Tensor) -> None:
         """Takes mean and spread of (B, SIGHT_DIM) inputs; done once, so that what was learned stays true."""
@@ -276,13 +196,11 @@ class DecisionNetwork(nn.Module):
         if not c.route:
             seen = torch.cat([seen[:, :OBSERVATION_DIM], torch.zeros_like(seen[:, OBSERVATION_DIM:])], -1)
         if c.sees == "places":
-            seen = seen.index_fill(-1, torch.tensor(_SHAPES, device=seen.device), 0.0)
+            seen = seen * self._visible
         parts = [seen]
         if c.memory == "phase":
-            phase = nn.functional.one_hot(memory[:, 0].long(), NUM_PHASES).to(seen)
-            clock = memory[:, 1:2]
-            times = torch.cat([torch.tanh(clock / t) for t in (0.4, 1.0, 2.0, 5.0)], -1)
-            parts += [phase, 2.0 * times - 1.0, memory[:, 2:]]
+            times = torch.tanh(memory[:, 1:2] / self._clock_units_s)
+            parts += [self._one_hot[memory[:, 0].long()], 2.0 * times - 1.0, memory[:, 2:]]
         elif c.memory == "intent":
             parts.append(memory)
         return torch.cat(parts, -1)
@@ -299,25 +217,3 @@ def _of_phase(outputs: Tensor, phase: Tensor) -> Tensor:
     """(N, 11, A) outputs of every phase's layer -> (N, A) those of the phase (N,)."""
     index = phase.long()[:, None, None].expand(-1, 1, outputs.shape[-1])
     return outputs.gather(1, index)[:, 0]
-
-
-def _near(value: Tensor, unit: float) -> Tensor:
-    return (value / unit).clamp(-2.0, 2.0)
-
-
-def _stand(view: TaskView, stand: Tensor) -> Tensor:
-    """(N, 4) x, y and the cosine and sine of the yaw of a stand pose, in the heading frame."""
-    place = to_heading(view, torch.cat([stand[:, :2], torch.zeros_like(stand[:, :1])], -1)[:, None])[:, 0, :2]
-    turn = stand[:, 2] - view.root_yaw
-    return torch.cat([place, turn.cos()[:, None], turn.sin()[:, None]], -1)
-
-
-def _turned(view: TaskView, direction_w: Tensor) -> Tensor:
-    """(N, 2) a world direction in the heading frame."""
-    c, s = view.root_yaw.cos(), view.root_yaw.sin()
-    x, y = direction_w.unbind(-1)
-    return torch.stack([c * x + s * y, c * y - s * x], -1)
-
-
-def _angle(stand: Tensor) -> Tensor:
-    return torch.atan2(stand[:, 3], stand[:, 2])[:, None]

@@ -28,6 +28,7 @@ from hv_policy.motor.vectors import (
     scaled,
     sub,
     times,
+    turned_xy,
     vector_at,
 )
 
@@ -111,12 +112,6 @@ def gait_of(config: GaitConfig) -> Any:
 
 
 @numba.njit(cache=True)
-def _turned(angle: float, x: float, y: float) -> tuple[float, float]:
-    c, s = math.cos(angle), math.sin(angle)
-    return c * x - s * y, s * x + c * y
-
-
-@numba.njit(cache=True)
 def advance_gait(
     ref: Remembered, plan: Plan, pos: Array, rot: Array, lin_vel: Array, ang_vel: Array, intent: Array,
     gait: GaitConfig,
@@ -151,7 +146,7 @@ def advance_gait(
         for row in range(3):
             for column in range(3):
                 plan.pelvis_rot[i, row, column] = turned[column][row]
-        forward, leftward = _turned(yaw, ref.velocity[i, 0], ref.velocity[i, 1])
+        forward, leftward = turned_xy(yaw, ref.velocity[i, 0], ref.velocity[i, 1])
         plan.velocity[i, 0] = forward + left_x * sway_velocity
         plan.velocity[i, 1] = leftward + left_y * sway_velocity
         plan.velocity[i, 2] = ref.velocity[i, 2]
@@ -200,18 +195,18 @@ def _carry_along(
     now_x, now_y = np.float64(lin_vel[i, _PELVIS, 0]), np.float64(lin_vel[i, _PELVIS, 1])
     last = ref.last_velocity
     turn = 0.5 * (rate + last[i, 2]) * dt
-    last_x, last_y = _turned(-turn, last[i, 0], last[i, 1])
+    last_x, last_y = turned_xy(-turn, last[i, 0], last[i, 1])
     moved_x, moved_y = 0.5 * (now_x + last_x) * dt, 0.5 * (now_y + last_y) * dt
-    x, y = _turned(-turn, ref.anchor[i, 0], ref.anchor[i, 1])
+    x, y = turned_xy(-turn, ref.anchor[i, 0], ref.anchor[i, 1])
     ref.anchor[i, 0], ref.anchor[i, 1] = x - moved_x, y - moved_y
-    x, y = _turned(-turn, ref.swing_start[i, 0], ref.swing_start[i, 1])
+    x, y = turned_xy(-turn, ref.swing_start[i, 0], ref.swing_start[i, 1])
     ref.swing_start[i, 0], ref.swing_start[i, 1] = x - moved_x, y - moved_y
     ref.swing_start[i, 2] -= turn
-    ref.com[i, 0], ref.com[i, 1] = _turned(-turn, ref.com[i, 0], ref.com[i, 1])
+    ref.com[i, 0], ref.com[i, 1] = turned_xy(-turn, ref.com[i, 0], ref.com[i, 1])
     ref.yaw[i] -= turn
     last[i, 0], last[i, 1], last[i, 2] = now_x, now_y, rate
     for foot in range(2):
-        x, y = _turned(-turn, ref.foot_pos[i, foot, 0], ref.foot_pos[i, foot, 1])
+        x, y = turned_xy(-turn, ref.foot_pos[i, foot, 0], ref.foot_pos[i, foot, 1])
         ref.foot_pos[i, foot, 0], ref.foot_pos[i, foot, 1] = x - moved_x, y - moved_y
         ref.foot_yaw[i, foot] -= turn
         # feet that stand are seen: correct the drift of the dead reckoning
@@ -256,11 +251,11 @@ def _step_clock(ref: Remembered, i: int, lin_vel: Array, gait: GaitConfig, dt: f
     forward, leftward, turning = ref.velocity[i, 0], ref.velocity[i, 1], ref.velocity[i, 2]
     commanded = math.sqrt(forward**2 + leftward**2) > 0.06 or abs(turning) > 0.12
     yaw, feet, yaws = np.float64(ref.yaw[i]), ref.foot_pos, ref.foot_yaw
-    apart_x, apart_y = _turned(-yaw, feet[i, 1, 0] - feet[i, 0, 0], feet[i, 1, 1] - feet[i, 0, 1])
+    apart_x, apart_y = turned_xy(-yaw, feet[i, 1, 0] - feet[i, 0, 0], feet[i, 1, 1] - feet[i, 0, 1])
     awry = abs(apart_x) > 0.10 or abs(apart_y - 2 * gait.half_stance_m) > 0.08
     awry = awry or max(abs(yaws[i, 0] - yaw), abs(yaws[i, 1] - yaw)) > 0.35
-    sole_x, sole_y = _turned(yaw, gait.sole_centre_m, 0.0)
-    capture_x, capture_y = _turned(
+    sole_x, sole_y = turned_xy(yaw, gait.sole_centre_m, 0.0)
+    capture_x, capture_y = turned_xy(
         -yaw,
         ref.com[i, 0] + 0.28 * lin_vel[i, _PELVIS, 0] - (0.5 * (feet[i, 0, 0] + feet[i, 1, 0]) + sole_x),
         ref.com[i, 1] + 0.28 * lin_vel[i, _PELVIS, 1] - (0.5 * (feet[i, 0, 1] + feet[i, 1, 1]) + sole_y),
@@ -297,7 +292,7 @@ def _move_anchor(ref: Remembered, i: int, gait: GaitConfig, sway: float, dt: flo
     """Standing: the centre of mass goes over the feet. Walking: the commanded velocity, leaking to the real pelvis."""
     yaw, feet, bound = np.float64(ref.yaw[i]), ref.foot_pos, gait.anchor_bound_m
     ahead, left = (math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))
-    step = _turned(yaw, ref.velocity[i, 0], ref.velocity[i, 1])
+    step = turned_xy(yaw, ref.velocity[i, 0], ref.velocity[i, 1])
     for k in range(2):
         anchor = np.float64(ref.anchor[i, k])
         if ref.moving[i] > 0:
@@ -319,7 +314,7 @@ def _plan_foothold(
 ) -> tuple[float, float, float]:
     """Where the swinging foot should land, x, y and yaw: half a step ahead plus a capture-point correction."""
     remaining, now = (1 - ref.phase[i]) * gait.step_duration_s, np.float64(ref.yaw[i])
-    command_x, command_y = _turned(now, ref.velocity[i, 0], ref.velocity[i, 1])
+    command_x, command_y = turned_xy(now, ref.velocity[i, 0], ref.velocity[i, 1])
     error_x = clip(lin_vel[i, _PELVIS, 0] - command_x + math.sin(now) * sway_velocity, -0.8, 0.8)
     error_y = clip(lin_vel[i, _PELVIS, 1] - command_y - math.cos(now) * sway_velocity, -0.8, 0.8)
     yaw = now + ref.velocity[i, 2] * (remaining + 0.25 * gait.step_duration_s)

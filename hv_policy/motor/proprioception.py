@@ -10,6 +10,7 @@ from torch import Tensor
 from hv_policy.motor import embodiment as body
 
 PROPRIOCEPTION_DIM = 223
+_ROTATIONS, _ANGULAR = 1 + 42, 1 + 42 + 90 + 45
 
 
 @dataclass
@@ -32,9 +33,18 @@ class BodyState:
     def heading_rate(self) -> Tensor:
         """(N,) rad/s: rate of the yaw of the pelvis' x axis (not its angular velocity's z component when it is
         pitched)."""
-        forward = self.rot[:, body.PELVIS, :, 0]
-        w = self.ang_vel[:, body.PELVIS]
-        return w[:, 2] - w[:, 0] * forward[:, 2] / forward[:, 0].clamp(min=0.2)
+        return _heading_rate(self.rot[:, body.PELVIS, :, 0], self.ang_vel[:, body.PELVIS])
+
+
+def read_heading_rate(proprioception: Tensor) -> Tensor:
+    """(N,) `BodyState.heading_rate` of (N, 223), the rest left unread."""
+    forward = _ROTATIONS + 6 * body.PELVIS
+    turning = _ANGULAR + 3 * body.PELVIS
+    return _heading_rate(proprioception[:, forward : forward + 3], proprioception[:, turning : turning + 3])
+
+
+def _heading_rate(forward: Tensor, ang_vel: Tensor) -> Tensor:
+    return ang_vel[:, 2] - ang_vel[:, 0] * forward[:, 2] / forward[:, 0].clamp(min=0.2)
 
 
 def read_proprioception(proprioception: Tensor) -> BodyState:

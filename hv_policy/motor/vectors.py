@@ -21,6 +21,13 @@ def clip(value: float, low: float, high: float) -> float:
 
 
 @numba.njit(cache=True)
+def turned_xy(angle: float, x: float, y: float) -> tuple[float, float]:
+    """A level vector turned by an angle."""
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
+
+
+@numba.njit(cache=True)
 def add(a: Vector, b: Vector) -> Vector:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 

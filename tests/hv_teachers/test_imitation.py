@@ -3,7 +3,8 @@
 import torch
 
 from hv_policy.decision.memory import NUM_PHASES
-from hv_policy.decision.network import ANCHOR_DIM, SIGHT_DIM, DecisionConfig, DecisionNetwork
+from hv_policy.decision.network import DecisionConfig, DecisionNetwork
+from hv_policy.decision.sight import ANCHOR_DIM, SIGHT_DIM
 from hv_teachers.imitation import ImitationBuffer, Samples, SharedSamples, imitation_loss
 
 

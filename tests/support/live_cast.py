@@ -9,12 +9,16 @@ class SpyActor:
 
     def __init__(self, needs_goal: bool = False, sees: bool = False):
         self.needs_goal, self.sees = needs_goal, sees
+        """What they mean to an `hv_live.actors.Actor`; who sees looks at every picture."""
         self.told: list[str] = []
         self.pictures: list = []
         self.resets = 0
 
     def reset(self) -> None:
         self.resets += 1
+
+    def needs_picture(self, world) -> bool:
+        return self.sees
 
     def act(self, world, picture) -> tuple[Tensor, Tensor]:
         self.told += world.instructions()

@@ -336,16 +336,16 @@ def test_what_should_be_in_view_and_is_not_is_believed_less(states):
     seen.pointing[0, OBJECT_QUERY, 0] = -0.01  # not there
     seen.pointing[1, OBJECT_QUERY, 0] = -3.0
     before = following.belief.variance.clone()
-    following._miss(ids, seen, state)
+    following._miss(ids, seen, read_proprioception(state))
     assert following.belief.variance[0, 0] > before[0, 0] + 0.04**2
     assert following.belief.variance[1, 0] == before[1, 0]
     assert torch.equal(following.belief.variance[:, 2], before[:, 2])  # the goal's
     near = to_frame(torch.tensor([[0.45, 0.0, 0.8] + [0.0] * 18] * 2), pose)[:, OBJECT]
     following.belief.places[:, OBJECT], hidden = near, following.belief.variance.clone()
-    following._miss(ids, seen, state)  # the arms may be before it
+    following._miss(ids, seen, read_proprioception(state))  # the arms may be before it
     assert torch.equal(following.belief.variance, hidden)
     following.belief.places[1, :2] = pose[1, :2] + 0.1  # inside the robot
-    following._miss(ids, seen, state)
+    following._miss(ids, seen, read_proprioception(state))
     assert following.belief.variance[1, 0] > before[1, 0] + 0.04**2
 
 
@@ -404,3 +404,20 @@ def test_parts_of_pictures_learn_the_names_of_what_they_show(states):
     # 0.3 of a log-likelihood that begins at about one, and 0.2 of one that begins at log(65) = 4.2 and cannot go below
     # the entropy of the blurred middle that it is to point at, 1.8
     assert figures["naming_loss"] < 0.3 * 0.1 + 0.2 * 1.9
+
+
+def test_between_two_looks_no_picture_is_needed(states):
+    """What is shown then changes nothing, and a new instruction makes it look at once."""
+    policy = make_believer().eval()
+    frames = [{HEAD: torch.rand(1, 3, 64, 64), STATE: states[0][:1], "task": TASKS[:1]} for _ in range(2)]
+    assert policy.needs_picture(TASKS[:1])
+    needed = []
+    for _ in range(2 * BeliefConfig().look_every):
+        needed.append(policy.needs_picture(TASKS[:1]))
+        chunks = [policy.predict_action_chunk(frame) for frame in frames]
+        assert torch.equal(*chunks) or needed[-1]
+        policy.select_action(frames[0])
+    assert sum(needed) == 2
+    policy.select_action(frames[0])
+    assert not policy.needs_picture(TASKS[:1])
+    assert policy.needs_picture(TASKS[1:2])

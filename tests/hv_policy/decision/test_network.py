@@ -5,7 +5,8 @@ import torch
 from safetensors.torch import save_file
 
 from hv_policy.decision.memory import NUM_PHASES, VECTOR_DIM
-from hv_policy.decision.network import ANCHOR_DIM, ANCHORS, OBSERVATION_DIM, SIGHT_DIM, DecisionConfig, DecisionNetwork
+from hv_policy.decision.network import DecisionConfig, DecisionNetwork
+from hv_policy.decision.sight import ANCHOR_DIM, ANCHORS, OBSERVATION_DIM, SIGHT_DIM
 from hv_policy.decision.weights import load_decision, save_decision
 from hv_policy.motor.intent import GAZE, HEIGHT, LEFT_HAND, RIGHT_HAND, SQUEEZE, neutral_intent
 from hv_sim.control import INTENT_HIGH, INTENT_LOW
