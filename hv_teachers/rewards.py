@@ -1,7 +1,7 @@
 """What the teachers are rewarded for: Tables 6 and 7 of the paper (rearrange) and Algorithm 2 (release, step back).
 
-Every term is a plain function over the whole batch and returns (N,). World frame, SI units. The saturations are
-HumanVLA's practice, which the paper omits: without them a robot that has arrived is paid for walking about.
+Over the whole batch, (N,) each. World frame, SI units. The saturations are HumanVLA's practice, which the paper omits:
+without them a robot that has arrived is paid for walking about.
 """
 
 from __future__ import annotations
@@ -141,74 +141,82 @@ def read_world(world: RearrangeWorld, object_points: Tensor, object_start_height
     )
 
 
-# Table 7
-
-
-def robot2object_vel(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
-    """exp(-2 (v_t - v_r . d)^2), d horizontal toward the guide."""
-    along = (x.root_vel[:, :2] * _direction(x.robot_guide - x.root_pos[:, :2])).sum(-1)
-    return _or_one(torch.exp(-2.0 * (c.target_speed_m_s - along).square()), _approached(x, c))
-
-
-def robot2object_pos(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
-    """exp(-0.5 |p_r - p_guide|^2), horizontal."""
-    gap = (x.robot_guide - x.root_pos[:, :2]).square().sum(-1)
-    return _or_one(torch.exp(-0.5 * gap), _approached(x, c))
-
-
-def hand2object(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
-    """Mean over the hands of exp(-5 distance to the nearest point of the object)."""
-    return _or_one(torch.exp(-5.0 * hand_distances_m(x)).mean(-1), at_goal(x, c))
-
-
-def height(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
-    """(min(z, z_target) - z_start) / (z_target - z_start), not below 0; z_target is `lift_m` above start and goal."""
-    start = x.object_start_height
-    target = torch.maximum(start, x.goal_pos[:, 2]) + c.lift_m
-    share = (torch.minimum(x.object_pos[:, 2], target) - start) / (target - start).clamp(min=1e-3)
-    return _or_one(share.clamp(min=0.0), at_goal(x, c))
-
-
-def object2goal_vel(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
-    """exp(-2 (v_t - v_o . d)^2), d horizontal toward the object's guide."""
-    along = (x.object_vel[:, :2] * _direction(x.object_guide - x.object_pos[:, :2])).sum(-1)
-    return _or_one(torch.exp(-2.0 * (c.object_target_speed_m_s - along).square()), at_goal(x, c))
-
-
-def object2goal_pos_far(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
-    """exp(-|p_o - p_guide|), horizontal."""
-    return _or_one(torch.exp(-(x.object_guide - x.object_pos[:, :2]).norm(dim=-1)), at_goal(x, c))
-
-
-def object2goal_pos_near(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
-    """exp(-5 |p_o - p_g|)."""
-    return torch.exp(-5.0 * x.object_goal_m)
-
-
-def object2goal_rot(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
-    """exp(-2 angle between the object's rotation and the goal's)."""
-    return torch.exp(-2.0 * rotation_angle_rad(x.object_rot, x.goal_rot))
-
-
 TASK_TERMS = {
-    term.__name__: term
-    for term in (
-        robot2object_vel,
-        robot2object_pos,
-        hand2object,
-        height,
-        object2goal_vel,
-        object2goal_pos_far,
-        object2goal_pos_near,
-        object2goal_rot,
-    )
+    "robot2object_vel": "exp(-2 (v_t - v_r . d)^2), d horizontal from the robot to its guide; 1 near the object",
+    "robot2object_pos": "exp(-0.5 |p_r - p_guide|^2), horizontal; 1 near the object",
+    "hand2object": "mean over the hands of exp(-5 distance to the nearest point of the object); 1 near the goal",
+    "height": "(min(z, z_target) - z_start) / (z_target - z_start), not below 0; 1 near the goal",
+    "object2goal_vel": "exp(-2 (v_t - v_o . d)^2), d horizontal from the object to its guide; 1 near the goal",
+    "object2goal_pos_far": "exp(-|p_o - p_guide|), horizontal; 1 near the goal",
+    "object2goal_pos_near": "exp(-5 |p_o - p_g|)",
+    "object2goal_rot": "exp(-2 angle between the object's rotation and the goal's)",
 }
-"""Table 6: the terms of the rearrangement reward by name; `TaskRewardConfig` has the weight of each."""
+"""Table 7: the terms of the rearrangement reward; `TaskRewardConfig` has the weight of each (Table 6). Near the object:
+`near_object_m`, or near the goal; near the goal: `near_goal_m`; z_target is `lift_m` above start and goal."""
+
+
+def task_terms(x: RewardInputs, c: TaskRewardConfig) -> dict[str, Tensor]:
+    """(N,) each of `TASK_TERMS`, without its weight."""
+    out = torch.empty(len(TASK_TERMS), len(x.root_pos))
+    robot = x.root_pos, x.root_vel, x.hands, x.robot_guide
+    thing = x.object_pos, x.object_rot, x.object_vel, x.object_points, x.object_start_height, x.object_guide
+    arrays = as_arrays(*(value.float() for value in (*robot, *thing, x.goal_pos, x.goal_rot)))
+    limits = (c.target_speed_m_s, c.object_target_speed_m_s, c.near_object_m, c.near_goal_m, c.lift_m)
+    _fill_terms(out.numpy(), *arrays, limits)
+    return dict(zip(TASK_TERMS, out.to(x.root_pos), strict=True))
 
 
 def task_rewards(x: RewardInputs, config: TaskRewardConfig) -> dict[str, Tensor]:
     """The weighted terms of Table 6, (N,) each; their sum, equation (3), is between 0 and 1."""
-    return {name: getattr(config, name) * term(x, config) for name, term in TASK_TERMS.items()}
+    return {name: getattr(config, name) * term for name, term in task_terms(x, config).items()}
+
+
+@numba.njit(cache=True)
+def _speed_toward(velocity: Array, here: Array, there: Array) -> float:
+    """Horizontal speed along the way from a point to another."""
+    x, y = np.float64(there[0]) - here[0], np.float64(there[1]) - here[1]
+    return (velocity[0] * x + velocity[1] * y) / max(math.hypot(x, y), 1e-6)
+
+
+@numba.njit(cache=True)
+def _fill_terms(
+    out: Array,
+    root: Array,
+    root_vel: Array,
+    hands: Array,
+    robot_guide: Array,
+    obj: Array,
+    rot: Array,
+    vel: Array,
+    points: Array,
+    start: Array,
+    object_guide: Array,
+    goal: Array,
+    goal_rot: Array,
+    limits: tuple[float, float, float, float, float],
+) -> None:
+    """`task_terms` (8, N), robot by robot."""
+    speed, object_speed, near_object_m, near_goal_m, lift_m = limits
+    for i in range(len(root)):
+        x, y, z = np.float64(obj[i, 0]), np.float64(obj[i, 1]), np.float64(obj[i, 2])
+        left_m = math.sqrt((x - goal[i, 0]) ** 2 + (y - goal[i, 1]) ** 2 + (z - goal[i, 2]) ** 2)
+        placed = left_m < near_goal_m
+        out[:6, i] = 1.0
+        if not placed and math.hypot(x - root[i, 0], y - root[i, 1]) >= near_object_m:
+            out[0, i] = math.exp(-2.0 * (speed - _speed_toward(root_vel[i], root[i], robot_guide[i])) ** 2)
+            gap = (np.float64(robot_guide[i, 0]) - root[i, 0]) ** 2 + (np.float64(robot_guide[i, 1]) - root[i, 1]) ** 2
+            out[1, i] = math.exp(-0.5 * gap)
+        if not placed:
+            right = _hand_distance_m(hands[i, 0], obj[i], rot[i], points[i])
+            left = _hand_distance_m(hands[i, 1], obj[i], rot[i], points[i])
+            out[2, i] = (math.exp(-5.0 * right) + math.exp(-5.0 * left)) / 2
+            target = max(np.float64(start[i]), np.float64(goal[i, 2])) + lift_m
+            out[3, i] = max(0.0, (min(z, target) - start[i]) / max(target - start[i], 1e-3))
+            pushed = _speed_toward(vel[i], obj[i], object_guide[i])
+            out[4, i] = math.exp(-2.0 * (object_speed - pushed) ** 2)
+            out[5, i] = math.exp(-math.hypot(object_guide[i, 0] - x, object_guide[i, 1] - y))
+        out[6, i] = math.exp(-5.0 * left_m)
+        out[7, i] = math.exp(-2.0 * _rotation_angle_rad(rot[i], goal_rot[i]))
 
 
 def retreat_rewards(x: RewardInputs, config: RetreatRewardConfig) -> dict[str, Tensor]:
@@ -244,40 +252,37 @@ def _fill_hand_distances(out: Array, hands: Array, pos: Array, rot: Array, point
     """`hand_distances_m` of hands (N, 2, 3), objects at (N, 3), turned by (N, 3, 3), and their points (N, P, 3)."""
     for i in range(len(out)):
         for k in range(2):
-            # the hand in the object's frame: one point to turn, not P
-            dx, dy, dz = hands[i, k, 0] - pos[i, 0], hands[i, k, 1] - pos[i, 1], hands[i, k, 2] - pos[i, 2]
-            x = rot[i, 0, 0] * dx + rot[i, 1, 0] * dy + rot[i, 2, 0] * dz
-            y = rot[i, 0, 1] * dx + rot[i, 1, 1] * dy + rot[i, 2, 1] * dz
-            z = rot[i, 0, 2] * dx + rot[i, 1, 2] * dy + rot[i, 2, 2] * dz
-            nearest = np.float32(np.inf)
-            for p in range(points.shape[1]):
-                ahead, aside, above = points[i, p, 0] - x, points[i, p, 1] - y, points[i, p, 2] - z
-                nearest = min(nearest, ahead * ahead + aside * aside + above * above)
-            out[i, k] = math.sqrt(nearest)
+            out[i, k] = _hand_distance_m(hands[i, k], pos[i], rot[i], points[i])
 
 
-def at_goal(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
-    """(N,) bool: the object is so near to its goal that nothing more is asked of the way there."""
-    return x.object_goal_m < c.near_goal_m
+@numba.njit(cache=True)
+def _hand_distance_m(hand: Array, pos: Array, rot: Array, points: Array) -> float:
+    """How far a hand (3,) is from the nearest of an object's points (P, 3), which are in its frame."""
+    dx, dy, dz = hand[0] - pos[0], hand[1] - pos[1], hand[2] - pos[2]  # one point to turn, not P
+    x = rot[0, 0] * dx + rot[1, 0] * dy + rot[2, 0] * dz
+    y = rot[0, 1] * dx + rot[1, 1] * dy + rot[2, 1] * dz
+    z = rot[0, 2] * dx + rot[1, 2] * dy + rot[2, 2] * dz
+    nearest = np.float32(np.inf)
+    for p in range(len(points)):
+        ahead, aside, above = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
+        nearest = min(nearest, ahead * ahead + aside * aside + above * above)
+    return math.sqrt(nearest)
 
 
-def rotation_angle_rad(a: Tensor, b: Tensor) -> Tensor:
-    """(N,) angle in [0, pi] between rotation matrices (N, 3, 3): the geodesic distance.
+@numba.njit(cache=True)
+def _rotation_angle_rad(a: Array, b: Array) -> float:
+    """Angle in [0, pi] between rotation matrices (3, 3): the geodesic distance.
 
     By atan2 of sine and cosine: the arc cosine alone loses its digits near 0.
     """
-    # of a.mT @ b: its trace, and what it has more on one side of the diagonal than on the other
-    cosine = ((a * b).sum((-2, -1)) - 1.0) / 2.0
-    axis = torch.linalg.cross(a, b).sum(-2)
-    return torch.atan2(axis.norm(dim=-1) / 2.0, cosine)
-
-
-def _approached(x: RewardInputs, c: TaskRewardConfig) -> Tensor:
-    return (x.robot_object_m < c.near_object_m) | at_goal(x, c)
-
-
-def _direction(vector: Tensor) -> Tensor:
-    return vector / vector.norm(dim=-1, keepdim=True).clamp(min=1e-6)
+    # of a.T @ b: its trace, and what it has more on one side of the diagonal than on the other
+    trace, x, y, z = 0.0, 0.0, 0.0, 0.0
+    for k in range(3):
+        trace += np.float64(a[k, 0]) * b[k, 0] + np.float64(a[k, 1]) * b[k, 1] + np.float64(a[k, 2]) * b[k, 2]
+        x += np.float64(a[k, 1]) * b[k, 2] - np.float64(a[k, 2]) * b[k, 1]
+        y += np.float64(a[k, 2]) * b[k, 0] - np.float64(a[k, 0]) * b[k, 2]
+        z += np.float64(a[k, 0]) * b[k, 1] - np.float64(a[k, 1]) * b[k, 0]
+    return math.atan2(math.sqrt(x * x + y * y + z * z) / 2, (trace - 1) / 2)
 
 
 def _or_one(reward: Tensor, saturated: Tensor) -> Tensor:
