@@ -158,6 +158,7 @@ def film_episode(
     """
     env = RearrangeEnv(episode.task, max_episode_steps=max_episode_steps, instructor=instructor, physics=physics)
     try:
+        env.wants_picture = policy.needs_picture
         observation = env.reset(seed=episode.seed)[0] if policy.sees else None
         world = env.world
         if observation is None:

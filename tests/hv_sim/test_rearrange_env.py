@@ -191,3 +191,20 @@ def test_a_bad_action_is_named(env):
         env.step(np.zeros(14, np.float32))
     with pytest.raises(ValueError, match="28 non-finite"):
         env.step(np.full(28, np.nan, np.float32))
+
+
+def test_who_does_not_look_is_shown_the_last_picture_again():
+    env = RearrangeEnv("living_room_1")
+    try:
+        first = env.reset(seed=0)[0]["pixels"]["head"]
+        asked = []
+        env.wants_picture = lambda world: asked.append(int(world.episode_step[0])) or len(asked) == 3
+        shown = [env.step(np.full(28, 0.3, np.float32))[0] for _ in range(3)]
+        assert asked == [1, 2, 3]
+        assert all(np.array_equal(s["pixels"]["head"], first) for s in shown[:2])
+        assert not np.array_equal(shown[2]["pixels"]["head"], first)
+        assert not np.array_equal(shown[0]["agent_pos"], shown[1]["agent_pos"])
+        env.wants_picture = lambda world: False
+        assert np.array_equal(env.reset(seed=0)[0]["pixels"]["head"], first), "an episode begins with a picture"
+    finally:
+        env.close()
