@@ -53,6 +53,7 @@ class BeliefConfig:
         sure_m: an object is not reached for while its deviation is larger,
         align_within_m: a stand that is farther away is walked to, not aligned with.
         patience_s: nor any longer than this: then it is taken for lost.
+        hesitation_s: who stands so long where the object should be, and is not sure of it, looks for it anew.
         inside_m: an object cannot be so near to the middle of the robot.
         unrest: deviation by which everything may change in one control step, m.
         doubt: deviation of an object that was lost, m;
@@ -81,6 +82,7 @@ class BeliefConfig:
     sure_m: float = 0.25
     align_within_m: float = 0.8
     patience_s: float = 8.0
+    hesitation_s: float = 5.0
     inside_m: float = 0.25
     drift: float = 0.03
     unrest: float = 0.003

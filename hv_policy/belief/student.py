@@ -133,7 +133,9 @@ class Following:
     rising_s: Tensor
     """(N,) how long it will still stand up before it walks, having given up reaching or holding."""
     slips: Tensor
-    """(N,) int64 how often the object slipped out of the hands when they lifted it."""
+    """(N,) int64 how often the object slipped out of the hands."""
+    hesitates_s: Tensor
+    """(N,) how long it has stood where the object should be without being sure of it; 0 while it does not."""
     intent: Tensor
     """(N, 14) the last one."""
     felt: Tensor | None = None
@@ -148,7 +150,7 @@ class Following:
         blind = torch.full((n,), config.look_every)
         memory, wayfinder, belief = TaskMemory.of(n), Wayfinder(n), Belief(n, config)
         search = torch.zeros(n), torch.zeros(n), torch.zeros(n), torch.zeros(n, 2), torch.zeros(n)
-        last = torch.zeros(n, dtype=torch.long), torch.zeros(n, 14)
+        last = torch.zeros(n, dtype=torch.long), torch.zeros(n), torch.zeros(n, 14)
         return Following(belief, memory, prior, list(instructions), blind, wayfinder, *search, *last)
 
     def copy(self) -> Following:
@@ -181,7 +183,7 @@ class Following:
             self.memory.reset(ids)
             self.blind_steps[ids] = self.belief.config.look_every
             self.searched_rad[ids] = self.rounds[ids] = self.exploring_s[ids] = self.rising_s[ids] = 0.0
-            self.slips[ids] = 0
+            self.slips[ids], self.hesitates_s[ids] = 0, 0.0
             for env in changed:
                 self.wayfinder.forget(env)
             self.instructions = list(instructions)
@@ -252,6 +254,7 @@ class Following:
         carries = remembered.phase == Phase.CARRY
         rate = torch.where(carries, CARRYING_TURN_RAD_S, SEARCHING_TURN_RAD_S)
         self.searched_rad = self.searched_rad + rate * CONTROL_DT_S * searches
+        self.hesitates_s = self.hesitates_s * ~searches
         looking = intent.clone()
         looking[:, VELOCITY] = torch.stack([torch.zeros_like(rate), torch.zeros_like(rate), rate], -1)
         looking[:, GAZE] = torch.tensor([0.0, 0.4])
@@ -376,8 +379,13 @@ class Following:
         self.rising_s = torch.where(
             bent & (phase == Phase.APPROACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
         )
-        lost = self.memory.advance(phase, view)
-        slipped = closed | (lost & (before_this == Phase.LIFT))
+        stuck = (before_this == Phase.RETREAT) & (phase == Phase.RETREAT)
+        stuck &= self.memory.clock_s > self.belief.config.patience_s
+        phase = torch.where(stuck, int(Phase.APPROACH), phase)
+        for env in stuck.nonzero()[:, 0].tolist():
+            self.wayfinder.walk_away(env, self.belief.pose[env], self.belief.config.explore_m)
+        lost = self.memory.advance(phase, view) & ~stuck
+        slipped = closed | (lost & (before_this >= Phase.LIFT) & (before_this <= Phase.ALIGN_PLACE))
         self.slips = self.slips + slipped
         for env in slipped.nonzero()[:, 0].tolist():
             self.wayfinder.step_back(env)
@@ -405,6 +413,18 @@ class Following:
                 self.wayfinder.step_back(env)
         return phase
 
+    def _give_up_hesitating(self, hesitates: Tensor, phase: Tensor) -> None:
+        """Who `hesitates` (N,) bool to reach for the object, again and again, stands where it is not: it steps back and
+        looks for it as at the beginning. `phase` (N,) comes next."""
+        stays = (self.hesitates_s > 0) & (phase <= Phase.ALIGN)
+        self.hesitates_s = torch.where(hesitates | stays, self.hesitates_s + CONTROL_DT_S, 0.0)
+        given_up = self.hesitates_s > self.belief.config.hesitation_s
+        for env in given_up.nonzero()[:, 0].tolist():
+            self.wayfinder.fail(env)
+            self.wayfinder.step_back(env)
+        self._look_again(given_up, self.belief.config.doubt)
+        self.hesitates_s = self.hesitates_s * ~given_up
+
     def _look_again(self, lost: Tensor, deviation_m: float) -> None:
         """Where the object is `lost` (N,) bool it may be so far away, and may be looked for as at the beginning."""
         if bool(lost.any()):
@@ -420,7 +440,9 @@ class Following:
         self._look_again(impatient, c.doubt)
         unsure = self.belief.variance[:, 0].sqrt() > c.sure_m
         would_reach = (phase == Phase.REACH) | (phase == Phase.SQUEEZE)
-        back = impatient | (unsure & (now <= Phase.REACH) & would_reach)
+        hesitates = unsure & (now <= Phase.REACH) & would_reach
+        back = impatient | hesitates
+        self._give_up_hesitating(hesitates, phase)
         for walks, aligns, stand in ((Phase.APPROACH, Phase.ALIGN, PICK), (Phase.CARRY, Phase.ALIGN_PLACE, PLACE)):
             is_far = (phase == aligns) & (places_h[:, stand].norm(dim=-1) > c.align_within_m)
             phase = torch.where(is_far, torch.full_like(phase, int(walks)), phase)

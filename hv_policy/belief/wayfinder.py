@@ -35,6 +35,8 @@ KEEP_OFF_M = 0.3
 """Ways to an object do not lead nearer past it than this, when its sides are compared."""
 BACK_M = 0.12
 """Short of its end by this, the way back counts as done."""
+AWAY_M = 0.35
+"""So near to where it walks away to it has got there."""
 LET_LIE_M, LOOKS_BACK = 0.5, 21
 """From what slipped out of its hands the robot walks back so far, for so many looks at most."""
 
@@ -66,6 +68,7 @@ class Wayfinder:
         self._looked_from: list[list[np.ndarray]] = [[] for _ in range(num)]
         self._reaches: list[tuple[Reach, np.ndarray, int] | None] = [None] * num
         self._looks_back = [0] * num
+        self._away_to: list[Tensor | None] = [None] * num
 
     def copy(self) -> Wayfinder:
         """The same, sharing nothing that changes."""
@@ -76,7 +79,19 @@ class Wayfinder:
         self._legs[env] = self._paths[env] = None
         self._looked_from[env], self._failed_rad[env] = [], []
         self._picks[env] = self._places[env] = self._reaches[env] = None
-        self._looks_back[env] = 0
+        self._looks_back[env], self._away_to[env] = 0, None
+
+    def walk_away(self, env: int, pose: Tensor, reach_m: float) -> None:
+        """Environment `env`, at `pose` (3,), cannot step back from what it has put down: it shall walk to where the way
+        is open, so far away."""
+        self._away_to[env] = self.place_to_look_from(env, pose, reach_m)
+
+    def _away(self, env: int, pose: Tensor) -> Tensor | None:
+        """(2,) where it still has to walk away to, if it has to."""
+        place = self._away_to[env]
+        if place is not None and float((place - pose[:2]).norm()) < AWAY_M:
+            place = self._away_to[env] = None
+        return place
 
     def step_back(self, env: int) -> None:
         """Environment `env` shall walk straight back before it goes on to the object: what slipped out of its hands
@@ -113,6 +128,7 @@ class Wayfinder:
             phase: of the work.
             look_at: (2,) a place to go to and look round from, instead of the work.
         """
+        look_at = self._away(env, pose) if look_at is None else look_at
         self.floor.stand(env, pose[:2])
         robot, known = pose.double().numpy(), places.double().numpy()
         evidence = self.floor.evidence[env].numpy()

@@ -281,6 +281,44 @@ def test_what_slipped_out_of_the_hands_is_held_otherwise_until_there_is_somethin
     assert following.slips.tolist() == [0, 0]
 
 
+def test_who_hesitates_for_long_steps_back_and_looks_anew(states):
+    policy, _ = sure_believer(states)
+    following, aligns = policy.student.following, torch.tensor([int(Phase.ALIGN)] * 2)
+    reaches, near = torch.tensor([int(Phase.REACH)] * 2), torch.zeros(2, 21)
+    following.memory.phase[:] = aligns
+    following.belief.variance[:, 0] = torch.tensor([0.3**2, 0.05**2])
+    following.rounds[:], following.searched_rad[:] = 3, 7.5
+    for step in range(200):  # to and fro between aligning and approaching; only the first one is not sure
+        following._sure_of((reaches if step % 2 else aligns).clone(), near)
+        if following.rounds[0] == 0:
+            break
+    assert 4.0 < step / 30 < 6.0
+    assert following.wayfinder.steps_back.tolist() == [True, False]
+    assert following.belief.variance[:, 0].sqrt().tolist() == pytest.approx([0.7, 0.05])
+    assert following.searched_rad.tolist() == [0.0, 7.5]
+    assert following.hesitates_s.tolist() == [0.0, 0.0]
+    following.belief.variance[0, 0] = 0.05**2
+    following._sure_of(reaches.clone(), near)
+    assert following.hesitates_s[0] == 0
+
+
+def test_who_cannot_step_back_from_what_it_put_down_walks_away(states):
+    policy, frame = sure_believer(states)
+    following = policy.student.following
+    following.memory.phase[:] = int(Phase.RETREAT)
+    following.memory.clock_s[:] = torch.tensor([9.0, 1.0])
+    network = policy.network.decision
+    network.phase_logits = lambda sights, geometry, memory: torch.eye(11)[[int(Phase.RETREAT)] * 2]
+    try:
+        policy.select_action({**frame, "task": TASKS})
+    finally:
+        del network.phase_logits
+    assert following.memory.phase.tolist() == [int(Phase.APPROACH), int(Phase.RETREAT)]
+    place = following.wayfinder._away_to[0]
+    assert float((place - following.belief.pose[0, :2]).norm()) == pytest.approx(1.5, abs=0.05)
+    assert following.belief.variance[0, 0] < 0.1, "nothing was lost"
+
+
 def test_a_stand_that_is_far_is_walked_to(states):
     policy, _ = sure_believer(states)
     following, near = policy.student.following, torch.zeros(2, 21)

@@ -152,3 +152,20 @@ def test_a_copy_goes_its_own_way():
     assert (finder.floor.evidence != 4.0).all()
     assert finder._legs[0] == Leg.TO_OBJECT
     assert not torch.equal(finder.way, other.way)
+
+
+def test_who_shall_walk_away_does_so_until_it_is_there():
+    finder = Wayfinder(1)
+    finder.floor.evidence[:] = -4.0
+    finder.walk_away(0, pose(1.0, 1.0), 1.5)
+    there = finder._away_to[0]
+    finder.go_on(0, pose(1.0, 1.0), places(), Phase.APPROACH, None)
+    assert finder._legs[0] == Leg.TO_LOOK
+    ahead = finder.way[0, WAYPOINT] - torch.tensor([1.0, 1.0])
+    assert float(ahead @ (there - 1.0)) > 0
+    assert finder.copy()._away_to[0] is not None
+    finder.go_on(0, pose(*there.tolist()), places(), Phase.APPROACH, None)
+    assert finder._legs[0] == Leg.TO_OBJECT
+    finder.walk_away(0, pose(1.0, 1.0), 1.5)
+    finder.forget(0)
+    assert finder._away_to[0] is None
