@@ -71,7 +71,7 @@ class BeliefConfig:
     """
 
     look_every: int = 5
-    correlation: float = 3.0
+    correlation: float = 1.8
     looks: float = 2.0
     unseen: float = 1.5
     searching: float = 0.35
@@ -92,12 +92,12 @@ class BeliefConfig:
     absent_beyond_m: float = 0.6
     absent_within_m: float = 2.0
     absent_share: float = 0.8
-    absent_growth: float = 1.3
-    absent_m: float = 0.05
-    outline_looks: float = 6.0
-    compass_looks: int = 10
+    absent_growth: float = 1.55
+    absent_m: float = 0.065
+    outline_looks: float = 3.6
+    compass_looks: int = 6
     compass_agrees: float = 0.3
-    compass_gain: float = 0.1
+    compass_gain: float = 0.16
 
 
 class Belief:

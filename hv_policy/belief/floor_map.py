@@ -20,7 +20,7 @@ from hv_policy.motor.vectors import clip, turned_xy
 CELL_M, CELLS = 0.1, 240
 ORIGIN_M = -CELL_M * CELLS / 2
 """World of the map's corner along both axes: an episode begins in its middle."""
-MOST_EVIDENCE, LOOK_WEIGHT, MOST_OF_A_LOOK = 4.0, 0.35, 3.0
+MOST_EVIDENCE, LOOK_WEIGHT, MOST_OF_A_LOOK = 4.0, 0.55, 3.0
 """Most that is remembered of a cell, and what a picture adds at most: pictures that follow each other err alike."""
 STANDING_M, STANDING_EVIDENCE = 0.2, -3.0
 """So far around its middle the robot knows the floor to be free, having come there."""

@@ -3,7 +3,14 @@ import math
 import pytest
 import torch
 
-from hv_policy.belief.floor_map import CELL_M, MOST_EVIDENCE, FloorMap, cells_of, points_to_look_at
+from hv_policy.belief.floor_map import (
+    CELL_M,
+    LOOK_WEIGHT,
+    MOST_EVIDENCE,
+    FloorMap,
+    cells_of,
+    points_to_look_at,
+)
 
 
 def test_what_is_seen_lies_where_the_robot_looked():
@@ -62,7 +69,7 @@ def test_a_cell_gains_the_mean_of_what_is_seen_in_it():
     there = points @ turn + pose[:2]
     told: dict[tuple[int, int], list[float]] = {}
     for cell, odds in zip(cells_of(there).tolist(), logits.tolist(), strict=True):
-        told.setdefault(tuple(cell), []).append(0.35 * min(max(odds, -3.0), 3.0))
+        told.setdefault(tuple(cell), []).append(LOOK_WEIGHT * min(max(odds, -3.0), 3.0))
     assert len(told) < 400
     wanted = torch.zeros_like(floor.evidence[0])
     for cell, values in told.items():
