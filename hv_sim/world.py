@@ -6,6 +6,7 @@ environments at once; gymnasium, recorder, teachers and evaluation all stand on 
 
 from __future__ import annotations
 
+import functools
 import json
 from collections.abc import Sequence
 
@@ -308,7 +309,8 @@ class RearrangeWorld:
         self.navigator.update(self.state.link_pos_w[:, 0], self.state.object_pos_w[self._rows, self.object_index])
 
 
-def pick_phrasing(phrasings: Sequence[str], seed: int, subtask: int) -> str:
+@functools.lru_cache(maxsize=4096)
+def pick_phrasing(phrasings: tuple[str, ...], seed: int, subtask: int) -> str:
     """One of the ways to say an instruction, the same one for the same seed and number of the sub-task."""
     if len(phrasings) == 1:
         return phrasings[0]

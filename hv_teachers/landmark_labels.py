@@ -77,7 +77,7 @@ def world_landmarks(world: RearrangeWorld, env: int, body: BodyState, number: in
     for k, o in enumerate(task.objects):
         turned = state.object_rot_w[env, k]
         objects[o.name] = state.object_pos_w[env, k].tolist(), float(torch.atan2(turned[1, 0], turned[0, 0]))
-    one = BodyState(*(x[env : env + 1] for x in (body.pos, body.rot, body.lin_vel, body.ang_vel)))
+    one = body.rows(slice(env, env + 1))
     subtask = min(int(world.subtask_index[env]), len(task.subtasks) - 1)
     seed = (int(world.episode_seed[env] or 0), number)
     return landmark_labels(task, subtask, objects, pose, one, seed)

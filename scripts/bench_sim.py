@@ -21,6 +21,7 @@ def main(argv: list[str] | None = None) -> int:
     from hv_sim.benchmark import benchmark_rendering, benchmark_simulation
     from hv_sim.gl_backend import GLError
     from hv_sim.task import TaskError, resolve_tasks
+    from hv_teachers.whole_files import write_whole
 
     try:
         tasks = resolve_tasks(args.task)
@@ -41,10 +42,7 @@ def main(argv: list[str] | None = None) -> int:
         f"(bare mujoco.Renderer: {figures['rendering_bare_frames_per_s']:,.0f})"
     )
     if args.output:
-        args.output.parent.mkdir(parents=True, exist_ok=True)
-        temporary = args.output.with_suffix(".tmp")
-        temporary.write_text(json.dumps(figures, indent=2) + "\n")
-        temporary.replace(args.output)
+        write_whole(args.output, json.dumps(figures, indent=2) + "\n")
         print(f"figures: {args.output}")
     return 0
 

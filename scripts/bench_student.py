@@ -30,6 +30,7 @@ def main(argv: list[str] | None = None) -> int:
     from hv_sim.task import TaskError, resolve_tasks
     from hv_teachers.corrected_student import load_student
     from hv_teachers.student_benchmark import benchmark_latency, benchmark_training
+    from hv_teachers.whole_files import write_whole
 
     try:
         if args.steps < 1 or args.batch_size < 1 or args.train_seconds < 0:
@@ -52,10 +53,7 @@ def main(argv: list[str] | None = None) -> int:
         print(f"hv-bench-student: {error}", file=sys.stderr)
         return 1
     if args.output:
-        args.output.parent.mkdir(parents=True, exist_ok=True)
-        temporary = args.output.with_suffix(".tmp")
-        temporary.write_text(json.dumps(figures, indent=2) + "\n")
-        temporary.replace(args.output)
+        write_whole(args.output, json.dumps(figures, indent=2) + "\n")
         print(f"figures: {args.output}")
     return 0
 

@@ -285,7 +285,7 @@ class Following:
         is_word: Tensor,
     ) -> None:
         """Takes in the pictures of environments `ids` (n,); all arguments but the bodies are theirs."""
-        body = BodyState(*(getattr(everybody, f.name)[ids] for f in fields(everybody)))
+        body = everybody.rows(ids)
         shown = perception.look(pictures, state.to(pictures.device))
         seen = perception.judge(shown, words, is_word)
         seen = Measurement(*(getattr(seen, f.name).cpu() for f in fields(seen)))
@@ -307,7 +307,7 @@ class Following:
         finder, belief = self.wayfinder, self.belief
         for row, env in enumerate(ids.tolist()):
             points, one = finder.floor.points_to_look_at(env), slice(row, row + 1)
-            own = BodyState(*(getattr(body, f.name)[one] for f in fields(body)))
+            own = body.rows(one)
             there = points[floor_in_view(own, points[None])[0]]
             at = BodyState(*(getattr(own, f.name).to(shown.fine) for f in fields(own)))
             logits = perception.floor(shown.tokens[one], shown.fine[one], at, there[None].to(shown.fine))[0]

@@ -16,7 +16,7 @@ from torch import Tensor
 from hv_policy.decision.view import TaskView
 from hv_policy.motor.intent import LEFT_HAND, RIGHT_HAND, neutral_intent
 from hv_policy.motor.kinematics import Array, as_arrays
-from hv_policy.motor.vectors import Vector, clip, sub, vector_at
+from hv_policy.motor.vectors import Vector, clip, sub, turned_xy, vector_at
 
 OBSERVATION_DIM = 223 + 15 + 9 + 3 + 3
 ROUTE_DIM = 6 + 4 + 4 + 1 + 1 + 1
@@ -76,10 +76,16 @@ def _whereabouts(view: TaskView) -> list[Array]:
 
 
 @numba.njit(cache=True)
-def _to_heading(point: Vector, x: float, y: float, cos: float, sin: float) -> Vector:
+def _robot_at(root_xy: Array, root_yaw: Array, i: int) -> Vector:
+    """x, y and yaw of robot `i`."""
+    return np.float64(root_xy[i, 0]), np.float64(root_xy[i, 1]), np.float64(root_yaw[i])
+
+
+@numba.njit(cache=True)
+def _to_heading(point: Vector, robot: Vector) -> Vector:
     """As `hv_policy.decision.view.to_heading`."""
-    dx, dy = point[0] - x, point[1] - y
-    return cos * dx + sin * dy, cos * dy - sin * dx, point[2]
+    ahead, aside = turned_xy(-robot[2], point[0] - robot[0], point[1] - robot[1])
+    return ahead, aside, point[2]
 
 
 @numba.njit(cache=True)
@@ -120,23 +126,22 @@ def _fill_sights(
     """Writes route and nearness into sights (N, SIGHT_DIM) whose observations are there."""
     for i in range(len(out)):
         row = out[i]
-        x, y, yaw = np.float64(root_xy[i, 0]), np.float64(root_xy[i, 1]), np.float64(root_yaw[i])
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        o = _to_heading(vector_at(obj, i, 0), x, y, cos, sin)
-        g = _to_heading(vector_at(goal, i, 0), x, y, cos, sin)
+        robot = _robot_at(root_xy, root_yaw, i)
+        o = _to_heading(vector_at(obj, i, 0), robot)
+        g = _to_heading(vector_at(goal, i, 0), robot)
         right, left = vector_at(hands, i, 0), vector_at(hands, i, 1)
-        right, left = _to_heading(right, x, y, cos, sin), _to_heading(left, x, y, cos, sin)
+        right, left = _to_heading(right, robot), _to_heading(left, robot)
         at = OBSERVATION_DIM
         near = at + ROUTE_DIM
         for k, hand in ((0, right), (1, left)):
-            touch = _to_heading(vector_at(grasp, i, k), x, y, cos, sin)
+            touch = _to_heading(vector_at(grasp, i, k), robot)
             at = _put(row, at, touch)
             near = _put_near(row, near, sub(touch, hand), 0.15)
         near = _put_near(row, near, sub(o, g), 0.2)
         for stands in (pick, place):
             there = np.float64(stands[i, 0]), np.float64(stands[i, 1]), 0.0
-            there = _to_heading(there, x, y, cos, sin)
-            turn = np.float64(stands[i, 2]) - yaw
+            there = _to_heading(there, robot)
+            turn = np.float64(stands[i, 2]) - robot[2]
             row[at], row[at + 1], row[at + 2], row[at + 3] = there[0], there[1], math.cos(turn), math.sin(turn)
             at += 4
             near = _put_near(row, near, (there[0], there[1], math.atan2(math.sin(turn), math.cos(turn))), 0.3)
@@ -150,8 +155,7 @@ def _fill_sights(
         row[near] = _near(math.hypot(o[0], o[1]) - 1.15, 0.3)
         row[near + 1] = _near(np.float64(obj[i, 0, 2]) - np.float64(goal[i, 0, 2]), 0.05)
         row[near + 2] = _near(np.float64(clearance[i]) - 0.34, 0.12)
-        row[near + 3] = cos * away[i, 0] + sin * away[i, 1]
-        row[near + 4] = cos * away[i, 1] - sin * away[i, 0]
+        row[near + 3], row[near + 4] = turned_xy(-robot[2], np.float64(away[i, 0]), np.float64(away[i, 1]))
         row[near + 5] = may_back[i]
 
 
@@ -170,16 +174,15 @@ def _fill_anchors(
 ) -> None:
     """Writes anchors (N, 7, 2, 3)."""
     for i in range(len(out)):
-        x, y, yaw = np.float64(root_xy[i, 0]), np.float64(root_xy[i, 1]), np.float64(root_yaw[i])
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        g = _to_heading(vector_at(goal, i, 0), x, y, cos, sin)
+        robot = _robot_at(root_xy, root_yaw, i)
+        g = _to_heading(vector_at(goal, i, 0), robot)
         begun, offset, picked = memory[i, 2:8], memory[i, 8:14], memory[i, 14:17]
         ahead = max(0.2 + depth[i] / 2, 0.34)
         height = max(max(memory[i, 17], goal[i, 0, 2]) + 0.12, 1.0)
         middle_x, middle_y = (offset[0] + offset[3]) / 2, (offset[1] + offset[4]) / 2
         for k in range(2):
-            hand = _to_heading(vector_at(hands, i, k), x, y, cos, sin)
-            touch = _to_heading(vector_at(grasp, i, k), x, y, cos, sin)
+            hand = _to_heading(vector_at(hands, i, k), robot)
+            touch = _to_heading(vector_at(grasp, i, k), robot)
             for d in range(3):
                 from_object = offset[3 * k + d]
                 out[i, 0, k, d] = rest[k, d]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -130,7 +130,7 @@ class MotorPrior(nn.Module):
             self._fresh = torch.zeros(n, dtype=torch.bool)
         elif self._fresh.any():
             ids = self._fresh.nonzero()[:, 0]
-            rows = BodyState(*(getattr(state, f.name)[ids] for f in fields(state)))
+            rows = state.rows(ids)
             self.memory.assign(ids, start_reference(rows, intent[ids], self.config.gait))
             self._last_residual[ids] = 0.0  # type: ignore[index]
             self._fresh[ids] = False

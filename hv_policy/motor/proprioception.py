@@ -22,6 +22,10 @@ class BodyState:
     lin_vel: Tensor  # (N, 15, 3)
     ang_vel: Tensor  # (N, 15, 3)
 
+    def rows(self, ids: Tensor | slice) -> BodyState:
+        """Of robots `ids` alone."""
+        return BodyState(self.pos[ids], self.rot[ids], self.lin_vel[ids], self.ang_vel[ids])
+
     @property
     def com(self) -> Tensor:
         """(N, 3) centre of mass of the robot."""

@@ -40,3 +40,4 @@ def test_a_compass_is_the_same_after_a_quarter_turn():
     torch.testing.assert_close(compass_yaw_rad(compass), torch.tensor([0.3]))
     turned = torch.tensor([[math.cos(4 * (0.3 + math.pi / 2)), math.sin(4 * (0.3 + math.pi / 2))]])
     torch.testing.assert_close(turned, compass, atol=1e-5, rtol=0)
+    torch.testing.assert_close(compass_yaw_rad(turned), torch.tensor([0.3]))
