@@ -42,6 +42,7 @@ from hv_teachers.dataset_format import (
 )
 from hv_teachers.frames import attempt_seed, draw_looks, frame_row, glance_frames, vector_columns
 from hv_teachers.knowledge import Knowledge
+from hv_teachers.picture_embedding import pictures_embedded_whole
 
 REPORT_FILE = "meta/hv_recording.json"
 
@@ -253,7 +254,7 @@ def _record_attempts(
     """Rolls, writes, finalises and checks; extends `report`."""
     disable_progress_bar()
     if written.exists():
-        dataset = LeRobotDataset.resume(name, root=written, image_writer_threads=2, video_backend="pyav")
+        dataset = LeRobotDataset.resume(name, root=written, video_backend="pyav")
     else:
         dataset = LeRobotDataset.create(
             name,
@@ -262,7 +263,6 @@ def _record_attempts(
             root=written,
             robot_type="hv_humanoid",
             use_videos=False,
-            image_writer_threads=2,
             video_backend="pyav",  # never used, but LeRobot would look for torchcodec, loudly
         )
     digests: dict[int, list[FrameDigest]] = {}
@@ -284,8 +284,6 @@ def _record_attempts(
                     progress.update()
     finally:
         dataset.finalize()
-        if dataset.writer is not None and dataset.writer.image_writer is not None:
-            dataset.writer.image_writer.stop()
     started = time.perf_counter()
     verify_dataset(written, name, digests, progress=show)
     report.checking_s = time.perf_counter() - started
@@ -389,7 +387,8 @@ def _write_episode(dataset: LeRobotDataset, frames: Sequence[dict[str, Any]]) ->
     for frame in frames:
         digests.append(digest(frame[HEAD_IMAGE], frame, frame["task"]))
         dataset.add_frame(dict(frame))
-    dataset.save_episode()
+    with pictures_embedded_whole():
+        dataset.save_episode()
     return digests
 
 
