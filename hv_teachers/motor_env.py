@@ -57,7 +57,7 @@ CRITIC_EXTRA = (
 class MotorEnvConfig:
     """Shares of what is practised and how hard."""
 
-    num_envs: int = 512
+    num_envs: int = 1024
     load_share: float = 0.5
     episode_s: float = 16.0
     push_interval_s: float = 5.0
@@ -95,9 +95,14 @@ class MotorEnv:
             for t in self.tasks
         ]
         self.physics = MujocoPhysics(models, num_threads=config.num_threads)
-        self.planner = ScriptedPlanner(self.num_envs, config.planner)
+        self.planner = ScriptedPlanner(loads, config.planner)
         self._stack_tasks()
         n = self.num_envs
+        self.phase = torch.zeros(n, dtype=torch.long)
+        """(N,) the planner's phase; it plans for the environments with a load, which are the first ones."""
+        self.object_target = torch.zeros(n, 3)
+        """(N, 3) see `ScriptedPlanner`."""
+        self._lost = torch.zeros(n, dtype=torch.bool)
         self.max_steps = int(config.episode_s * 30)
         self.episode_step = torch.zeros(n, dtype=torch.long)
         self.command = neutral_intent(n)
@@ -130,12 +135,12 @@ class MotorEnv:
         self.episode_step += 1
         self._state = self._observe()
         heading = Heading.of(self._state)
-        object_target = self.planner.object_target
+        object_target = self.object_target
         terms = motor_reward(self._state, heading, previous, residual, self, object_target, self.config.reward)
         reward = torch.stack(list(terms.values())).sum(0)
         failed = self._failed(previous, object_target)
         done = self.episode_step >= self.max_steps
-        finished = self.has_load & (self.planner.phase == Phase.IDLE) & (self.idle_steps > 60)
+        finished = self.has_load & (self.phase == Phase.IDLE) & (self.idle_steps > 60)
         timed_out = (done | finished) & ~failed
         ended = failed | timed_out
         if ended.any() and self.config.auto_reset:
@@ -182,40 +187,41 @@ class MotorEnv:
         return self._state.object_pos_w[:, 0]
 
     def _view(self, heading: Heading) -> TaskView:
-        state = self._state
-        root = state.link_pos_w[:, 0, :2]
-        rotation = state.object_rot_w[:, 0]
-        self._plan_again(root)
-        grasp = (rotation[:, None] @ self._way.local[..., None])[..., 0] + self._object()[:, None]
+        state, loads = self._state, self.planner.num_envs
+        self._plan_again(state.link_pos_w[:, 0, :2])
+        root, rotation = state.link_pos_w[:loads, 0, :2], state.object_rot_w[:loads, 0]
+        position = self._object()[:loads]
+        grasp = (rotation[:, None] @ self._way.local[:loads, ..., None])[..., 0] + position[:, None]
         carrying = self.planner.phase >= Phase.CARRY
         low = torch.where(carrying, 2, 0)
         high = torch.where(carrying, 4, 1)
-        self.waypoint_index = torch.maximum(torch.minimum(self.waypoint_index, high), low)
-        rows = torch.arange(self.num_envs)
-        near = (self._waypoints[rows, self.waypoint_index] - root).norm(dim=-1) < 0.3
-        self.waypoint_index = torch.minimum(self.waypoint_index + near.long(), high)
+        rows = torch.arange(loads)
+        index = torch.maximum(torch.minimum(self.waypoint_index[:loads], high), low)
+        near = (self._waypoints[rows, index] - root).norm(dim=-1) < 0.3
+        index = torch.minimum(index + near.long(), high)
+        self.waypoint_index[:loads] = index
         return TaskView(
             root_xy=root,
-            root_yaw=torch.atan2(heading.sin, heading.cos),
-            feet_xy=state.link_pos_w[:, body.FEET, :2].mean(1),
-            hands=state.link_pos_w[:, body.HANDS],
-            object_pos=self._object(),
+            root_yaw=torch.atan2(heading.sin, heading.cos)[:loads],
+            feet_xy=state.link_pos_w[:loads, body.FEET, :2].mean(1),
+            hands=state.link_pos_w[:loads, body.HANDS],
+            object_pos=position,
             grasp=grasp,
-            depth_m=self._way.depth_m,
-            goal_pos=self.goal_pos,
-            pick_stand=self._way.stand,
-            place_stand=self.place_stand,
-            waypoint=self._waypoints[rows, self.waypoint_index],
-            waypoint_is_last=self.waypoint_index == high,
-            may_back=torch.ones(self.num_envs, dtype=torch.bool),
-            clearance_m=torch.ones(self.num_envs),
-            away=torch.zeros(self.num_envs, 2),
+            depth_m=self._way.depth_m[:loads],
+            goal_pos=self.goal_pos[:loads],
+            pick_stand=self._way.stand[:loads],
+            place_stand=self.place_stand[:loads],
+            waypoint=self._waypoints[rows, index],
+            waypoint_is_last=index == high,
+            may_back=torch.ones(loads, dtype=torch.bool),
+            clearance_m=torch.ones(loads),
+            away=torch.zeros(loads, 2),
         )
 
     def _plan_again(self, root: Tensor) -> None:
         """A box that slipped away or was kicked is taken from where it now lies."""
         moved = (self._object() - self._planned_for).norm(dim=-1) > 0.1
-        again = self.has_load & (self.planner.phase <= Phase.SQUEEZE) & (self.planner.lost | moved)
+        again = self.has_load & (self.phase <= Phase.SQUEEZE) & (self._lost | moved)
         ids = again.nonzero()[:, 0]
         if not len(ids):
             return
@@ -244,17 +250,20 @@ class MotorEnv:
         """Intents for the state as it now is, and the base controller's answer to them."""
         self._state = self._observe()
         heading = Heading.of(self._state)
-        view = self._view(heading)
-        planned = self.planner(view)
         self._draw_commands()
-        self.intent = torch.where(self.has_load[:, None], planned, self.command)
-        self.idle_steps = torch.where(self.planner.phase == Phase.IDLE, self.idle_steps + 1, 0)
+        self.intent = self.command.clone()
+        loads = self.planner.num_envs
+        if loads:
+            self.intent[:loads] = self.planner(self._view(heading))
+            self.phase[:loads], self._lost[:loads] = self.planner.phase, self.planner.lost
+            self.object_target[:loads] = self.planner.object_target
+        self.idle_steps = torch.where(self.phase == Phase.IDLE, self.idle_steps + 1, 0)
         observed = proprioception(self._state, heading)
         self.motor_step: MotorStep = self.prior.advance(observed, self.intent)
         relative = heading.relative(self._object()) * self.has_load[:, None]
         velocity = heading.rotate(self._state.object_lin_vel_w[:, 0]) * self.has_load[:, None]
-        target = heading.relative(self.planner.object_target) * self.has_load[:, None]
-        phase = torch.nn.functional.one_hot(self.planner.phase, len(Phase)).float() * self.has_load[:, None]
+        target = heading.relative(self.object_target) * self.has_load[:, None]
+        phase = torch.nn.functional.one_hot(self.phase, len(Phase)).float() * self.has_load[:, None]
         root = heading.rotate(self._state.link_lin_vel_w[:, 0])
         extra = torch.cat(
             [
@@ -278,13 +287,13 @@ class MotorEnv:
         sunk = height < step.reference.pelvis_pos[:, 2] - 0.25
         tipped = lean < step.reference.pelvis_rot[:, 2, 2] - 0.45
         self.dropped = self.has_load & (
-            self.planner.lost | (((self._object() - object_target).norm(dim=-1) > 0.35) & self._holding())
+            self._lost | (((self._object() - object_target).norm(dim=-1) > 0.35) & self._holding())
         )
         broken = ~torch.isfinite(height)
         return sunk | tipped | is_fallen(state) | self.dropped | broken
 
     def _holding(self) -> Tensor:
-        phase = self.planner.phase
+        phase = self.phase
         return self.has_load & (phase >= Phase.LIFT) & (phase <= Phase.LOWER)
 
     def shove(self, ids: np.ndarray, impulse_n_s: np.ndarray) -> None:
@@ -398,7 +407,8 @@ class MotorEnv:
             qvel.append(v)
         self.physics.reset(ids, qpos, qvel)
         self.prior.reset(rows)
-        self.planner.reset(rows, kind)
+        self.planner.reset(rows[loaded], kind[loaded])
+        self.phase[rows], self._lost[rows] = kind, False
         self._plan_first(rows)
         first = {Phase.REACH: 1, Phase.SQUEEZE: 1, Phase.CARRY: 2, Phase.ALIGN_PLACE: 4, Phase.RELEASE: 4}
         self.waypoint_index[rows] = torch.tensor([first.get(Phase(k), 0) for k in kind.tolist()])

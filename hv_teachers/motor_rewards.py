@@ -67,7 +67,7 @@ def motor_reward(
     holding = env._holding()
     load_error = (env._object() - object_target).norm(dim=-1)
     # before it is lifted a load is left where it is, after it was let go it is left at its goal
-    rest = torch.where((env.planner.phase < Phase.LIFT)[:, None], env.start_pos, env.goal_pos)
+    rest = torch.where((env.phase < Phase.LIFT)[:, None], env.start_pos, env.goal_pos)
     disturbed = (env._object() - rest).norm(dim=-1)
     load = torch.where(holding, torch.exp(-6.0 * load_error), 0.9 * torch.exp(-6.0 * disturbed))
     change = residual - step.features[:, -28:]

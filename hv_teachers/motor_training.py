@@ -29,14 +29,18 @@ class MotorTrainingConfig:
     """PPO and its schedule. `samples` are control steps over all environments."""
 
     samples: int = 50_000_000
-    steps_per_iteration: int = 24
-    epochs: int = 4
+    steps_per_iteration: int = 12
+    epochs: int = 2
     mini_batches: int = 4
+    mixed_precision: bool = True
+    """Actor and critic compute in bfloat16."""
     learning_rate: float = 5e-4
     desired_kl: float = 0.08
     gamma: float = 0.98
     lam: float = 0.95
     noise: float = 0.12
+    reward_scale: float = 0.05
+    """rsl_rl's critic moves by 0.2 an update at most: too little for returns of 50."""
     seed: int = 0
     checkpoint_minutes: float = 3.0
     update_threads: int = 2
@@ -68,6 +72,7 @@ def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConf
             "gamma": config.gamma,
             "lam": config.lam,
             "entropy_coef": 0.0,
+            "use_mixed_precision": config.mixed_precision,
         },
         "actor": {**network, "distribution_cfg": noise},
         "critic": dict(network),
@@ -85,6 +90,41 @@ def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConf
     return ppo
 
 
+class MotorTraining:
+    """Practice worlds and PPO, an iteration at a time.
+
+    Args:
+        config: of the training.
+        iteration: how many there were before; what is drawn follows from it.
+    """
+
+    def __init__(self, config: MotorTrainingConfig, iteration: int = 0) -> None:
+        self.config = config
+        torch.set_num_threads(1)  # small operations: more threads only wait for each other
+        self.prior = MotorPrior(config.prior)
+        self.env = MotorEnv(self.prior, config.env, seed=config.seed + 1000 * iteration)
+        self.ppo = build_ppo(_observations(self.env), self.env.num_envs, config)
+        self.ppo.train_mode()
+        self.samples_per_iteration = self.env.num_envs * config.steps_per_iteration
+
+    def iterate(self) -> dict[str, float]:
+        """One rollout and one update; returns a row of the curve."""
+        begun = time.time()
+        row = _rollout(self.ppo, self.env, self.config)
+        simulated = time.time() - begun
+        torch.set_num_threads(self.config.update_threads)
+        losses = self.ppo.update()
+        torch.set_num_threads(1)
+        elapsed = time.time() - begun
+        return row | {
+            "steps_per_s": round(self.samples_per_iteration / elapsed),
+            "simulation_share": round(simulated / elapsed, 3),
+            "value_loss": round(losses["value"], 4),
+            "learning_rate": round(self.ppo.learning_rate, 6),
+            "noise": round(float(self.ppo.actor.output_std.detach().mean()), 3),
+        }
+
+
 def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
     """Trains, or goes on training, in the folder `output`; returns the path of the exported weights.
 
@@ -96,44 +136,25 @@ def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
     resume = output / "resume.pt"
     saved = torch.load(resume, weights_only=True) if resume.exists() else None
     iteration, samples, minutes = (saved["iteration"], saved["samples"], saved["minutes"]) if saved else (0, 0, 0.0)
-    torch.set_num_threads(1)  # small operations: more threads only wait for each other
-    prior = MotorPrior(config.prior)
-    env = MotorEnv(prior, config.env, seed=config.seed + 1000 * iteration)
-    ppo = build_ppo(_observations(env), env.num_envs, config)
+    training = MotorTraining(config, iteration)
     if saved:
-        ppo.load(saved["ppo"], None, strict=True)
-        ppo.learning_rate = saved["learning_rate"]
+        training.ppo.load(saved["ppo"], None, strict=True)
+        training.ppo.learning_rate = saved["learning_rate"]
         torch.manual_seed(config.seed + iteration)
-    ppo.train_mode()
     curve = _Curve(output / "curve.csv", samples)
-    per_iteration = env.num_envs * config.steps_per_iteration
     started, last_save = time.time() - 60 * minutes, time.time()
     with tqdm(
         total=config.samples, initial=samples, unit="step", unit_scale=True, desc="motor prior", mininterval=5
     ) as bar:
         while samples < config.samples:
-            begun = time.time()
-            row = _rollout(ppo, env, config)
-            simulated = time.time() - begun
-            torch.set_num_threads(config.update_threads)
-            losses = ppo.update()
-            torch.set_num_threads(1)
-            iteration, samples = iteration + 1, samples + per_iteration
-            elapsed = time.time() - begun
-            row |= {
-                "samples": samples,
-                "minutes": round((time.time() - started) / 60, 2),
-                "steps_per_s": round(per_iteration / elapsed),
-                "simulation_share": round(simulated / elapsed, 3),
-                "value_loss": round(losses["value"], 4),
-                "learning_rate": round(ppo.learning_rate, 6),
-                "noise": round(float(ppo.actor.output_std.detach().mean()), 3),
-            }
+            row = training.iterate()
+            iteration, samples = iteration + 1, samples + training.samples_per_iteration
+            row |= {"samples": samples, "minutes": round((time.time() - started) / 60, 2)}
             curve.add(row)
-            bar.update(per_iteration)
+            bar.update(training.samples_per_iteration)
             bar.set_postfix(reward=f"{row['reward']:.3f}", falls=f"{row['free_failures_per_s']:.3f}", refresh=False)
             if time.time() - last_save > 60 * config.checkpoint_minutes or samples >= config.samples:
-                _save(output, ppo, prior, config, iteration, samples, (time.time() - started) / 60)
+                _save(output, training, iteration, samples, (time.time() - started) / 60)
                 curve.flush()
                 plot_curve(output / "curve.csv", output / "curve.png", CURVES)
                 last_save = time.time()
@@ -167,7 +188,9 @@ def _rollout(ppo: PPO, env: MotorEnv, config: MotorTrainingConfig) -> dict[str, 
     counts = {"free_failures": 0, "load_failures": 0, "drops": 0, "placed": 0, "load_ends": 0}
     with torch.inference_mode(False), torch.no_grad():
         for _ in range(steps):
-            residual = ppo.act(_observations(env))
+            # as PPO judges the same actions later
+            with torch.autocast("cpu", torch.bfloat16, enabled=config.mixed_precision):
+                residual = ppo.act(_observations(env)).float()
             reward, failed, timed_out, terms = env.step(residual)
             counts["free_failures"] += int((failed & free).sum())
             counts["load_failures"] += int((failed & loaded).sum())
@@ -178,7 +201,8 @@ def _rollout(ppo: PPO, env: MotorEnv, config: MotorTrainingConfig) -> dict[str, 
                 totals[name] = totals.get(name, 0.0) + float(value.mean()) / steps
             totals["reward"] = totals.get("reward", 0.0) + float(reward.mean()) / steps
             dones = (failed | timed_out).to(torch.long)
-            ppo.process_env_step(_observations(env), reward, dones, {"time_outs": timed_out.float()})
+            extras = {"time_outs": timed_out.float()}
+            ppo.process_env_step(_observations(env), config.reward_scale * reward, dones, extras)
         ppo.compute_returns(_observations(env))
     seconds = steps / 30.0
     row = {k: round(v, 4) for k, v in totals.items()}
@@ -189,9 +213,8 @@ def _rollout(ppo: PPO, env: MotorEnv, config: MotorTrainingConfig) -> dict[str, 
     return row
 
 
-def _save(
-    output: Path, ppo: PPO, prior: MotorPrior, config: MotorTrainingConfig, iteration: int, samples: int, minutes: float
-) -> None:
+def _save(output: Path, training: MotorTraining, iteration: int, samples: int, minutes: float) -> None:
+    ppo, prior = training.ppo, training.prior
     state = {
         "ppo": ppo.save(),
         "iteration": iteration,
@@ -203,7 +226,8 @@ def _save(
     torch.save(state, temporary)
     temporary.replace(output / "resume.pt")
     export_residual(ppo, prior)
-    save_motor_prior(prior, output / "motor_prior.safetensors", {"samples": str(samples), "seed": str(config.seed)})
+    provenance = {"samples": str(samples), "seed": str(training.config.seed)}
+    save_motor_prior(prior, output / "motor_prior.safetensors", provenance)
 
 
 class _Curve:

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from datasets import Dataset
 from datasets.table import embed_table_storage
-from lerobot.datasets import dataset_writer
+from lerobot.datasets import dataset_writer, io_utils
 
 
 def embed_whole(dataset: Dataset) -> Dataset:
@@ -16,10 +16,10 @@ def embed_whole(dataset: Dataset) -> Dataset:
 
 @contextmanager
 def pictures_embedded_whole() -> Iterator[None]:
-    """Within, LeRobot's writer of datasets embeds with `embed_whole`."""
-    theirs = dataset_writer.embed_images
-    dataset_writer.embed_images = embed_whole
+    """Within, LeRobot's writer of datasets, and its tool that joins them, embed with `embed_whole`."""
+    theirs = io_utils.embed_images
+    dataset_writer.embed_images = io_utils.embed_images = embed_whole
     try:
         yield
     finally:
-        dataset_writer.embed_images = theirs
+        dataset_writer.embed_images = io_utils.embed_images = theirs

@@ -10,6 +10,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,13 @@ from tqdm import tqdm
 from hv_policy.decision.network import DecisionConfig, DecisionNetwork
 from hv_policy.motor.embodiment import CONTROL_DT_S
 from hv_policy.motor.prior import load_shipped_motor_prior
-from hv_sim.benchmark import BareBatches
+from hv_sim.benchmark import BareBatches, LoneHumanoids
+from hv_sim.humanoid import standing_qpos
 from hv_sim.task import Task
 from hv_teachers.engines import Slice
 from hv_teachers.expert import expert_maker
+from hv_teachers.motor_env import MotorEnvConfig
+from hv_teachers.motor_training import MotorTraining, MotorTrainingConfig
 from hv_teachers.recording import RecordingConfig
 from hv_teachers.routes import replan_routes
 from hv_teachers.sharded_recording import record_shards
@@ -32,6 +36,7 @@ from hv_teachers.teacher_env import TeacherEnv, TeacherEnvConfig
 
 SECONDS_PER_SUBTASK = 25.0
 """What the planner takes for a sub-task, in the mean."""
+LONE_HUMANOIDS = 256
 _BLOCK_STEPS = 10
 _MB = 1e6
 
@@ -122,6 +127,54 @@ def _planned_actions(env: TeacherEnv, num_steps: int) -> list[torch.Tensor]:
             actions.append(env.follow(label, everyone, Decision(label.anchors, label.memory, label.action)))
             env.act(seen, actions[-1])
     return actions
+
+
+def benchmark_motor_training(
+    *, num_envs: int | None = None, iterations: int = 6, num_threads: int = 0, lone_steps: int = 10
+) -> dict[str, float]:
+    """Control steps/s of the motor prior's training, and of bare `mujoco.batch` with 256 humanoids alone on a plane.
+
+    An iteration of the training is what `hv-train-motor` repeats: scenes with and without boxes, intents, planner, base
+    controller, rewards, new episodes, and PPO's update. They take turns, and of both the median counts.
+
+    Args:
+        num_envs: environments of the training; None: as many as it has by default.
+        iterations: that are timed, after one that is not.
+        num_threads: threads of the physics, 0 for one per core.
+        lone_steps: control steps of the bare engine after each iteration.
+
+    Returns:
+        `training_steps_per_s`, `lone_steps_per_s`, their ratio `share_of_lone`, and `num_envs`.
+
+    Raises:
+        ValueError: a number is below 1.
+    """
+    env = MotorEnvConfig(num_threads=num_threads)
+    env = replace(env, num_envs=env.num_envs if num_envs is None else num_envs)
+    _refuse_small(num_envs=env.num_envs, iterations=iterations, lone_steps=lone_steps)
+    training = MotorTraining(MotorTrainingConfig(env=env))
+    lone = LoneHumanoids(LONE_HUMANOIDS, num_threads)
+    standing = np.tile(standing_qpos((0.0, 0.0), 0.0)[7:], (LONE_HUMANOIDS, 1))
+    targets = standing + 0.05 * np.random.default_rng(0).standard_normal((lone_steps, LONE_HUMANOIDS, 28))
+    training.iterate()
+    seconds = np.empty((2, iterations))
+    for i in tqdm(range(iterations), desc=f"motor training, {env.num_envs} environments", leave=False):
+        start = time.perf_counter()
+        training.iterate()
+        between = time.perf_counter()
+        lone.reset()
+        begun = time.perf_counter()
+        for row in targets:
+            lone.step(row)
+        seconds[:, i] = between - start, time.perf_counter() - begun
+    training_s, lone_s = np.median(seconds, axis=1)
+    steps_per_s, lone_per_s = training.samples_per_iteration / training_s, LONE_HUMANOIDS * lone_steps / lone_s
+    return {
+        "training_steps_per_s": steps_per_s,
+        "lone_steps_per_s": lone_per_s,
+        "share_of_lone": steps_per_s / lone_per_s,
+        "num_envs": env.num_envs,
+    }
 
 
 def benchmark_recording(

@@ -26,6 +26,7 @@ from tqdm import tqdm
 from hv_sim.task import Task
 from hv_teachers.dataset_format import HEAD_IMAGE, TEXT_COLUMNS, VECTOR_COLUMNS, RecordingError
 from hv_teachers.engines import Slice, check_engine, run_jobs
+from hv_teachers.picture_embedding import pictures_embedded_whole
 from hv_teachers.recording import (
     REPORT_FILE,
     Attempt,
@@ -258,7 +259,8 @@ def _join(
         raise NothingRecordedError(root, report)
     with moved_into_place(root) as written:
         disable_progress_bar()
-        aggregate_datasets([p.name for p in sources], root.name, roots=sources, aggr_root=written)
+        with pictures_embedded_whole():
+            aggregate_datasets([p.name for p in sources], root.name, roots=sources, aggr_root=written)
         report.attempts, episodes = [], 0
         for _, attempts in parts:
             for attempt in attempts:

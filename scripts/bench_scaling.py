@@ -1,6 +1,7 @@
 """hv-bench-scaling: how practice and recording scale on this machine, as figures, and as tables for docs/scaling.md.
 
     hv-bench-scaling                             # everything but an hour of watching memory: a quarter of an hour
+    hv-bench-scaling motor                       # the motor prior's training beside bare mujoco.batch
     hv-bench-scaling practice                    # the practice environment beside bare mujoco.batch, 256 environments
     hv-bench-scaling environments                # control steps/s against the number of environments
     hv-bench-scaling objects                     # ... against objects in the scene
@@ -22,7 +23,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-PARTS = ("practice", "environments", "objects", "recording", "memory")
+PARTS = ("motor", "practice", "environments", "objects", "recording", "memory")
 MARKS = ("<!-- figures: written by hv-bench-scaling -->", "<!-- end of figures -->")
 SCENES = {"1 object": "single:0-31", "2 objects": "seen:0-31", "3 objects": "chain3:0-31", "5 objects": "chain5:0-31"}
 
@@ -36,6 +37,7 @@ def main(arguments: list[str] | None = None) -> int:
     from hv_teachers.whole_files import write_whole
 
     measure: dict[str, Callable[[argparse.Namespace], Any]] = {
+        "motor": _motor,
         "practice": _practice,
         "environments": _environments,
         "objects": _objects,
@@ -75,6 +77,7 @@ def read_tables(folder: Path) -> str:
         ValueError: nothing was.
     """
     makers: dict[str, Callable[[Any], str]] = {
+        "motor": _motor_table,
         "practice": _practice_table,
         "environments": _count_table,
         "objects": _count_table,
@@ -103,6 +106,12 @@ def with_tables(page: str, tables: str) -> str:
         raise ValueError(f"docs: the page has no {begin} and {end}")
     before, rest = page.split(begin, 1)
     return f"{before}{begin}\n\n{tables}\n{end}{rest.split(end, 1)[1]}"
+
+
+def _motor(options: argparse.Namespace) -> list[dict[str, Any]]:
+    from hv_teachers.scaling_benchmark import benchmark_motor_training
+
+    return [benchmark_motor_training(num_threads=options.num_threads)]
 
 
 def _practice(options: argparse.Namespace) -> list[dict[str, Any]]:
@@ -173,6 +182,16 @@ def _memory(options: argparse.Namespace) -> dict[str, Any]:
         resolve_tasks(options.tasks), minutes=options.minutes, every_s=options.every, num_envs=options.num_envs // 4,
         num_threads=options.num_threads, tell=tell,
     )  # fmt: skip
+
+
+def _motor_table(rows: list[dict[str, Any]]) -> str:
+    [r] = rows
+    return (
+        "| | control steps/s | of bare |\n|---|---|---|\n"
+        f"| bare `mujoco.batch`, humanoids alone on a plane | {r['lone_steps_per_s']:,.0f} | |\n"
+        f"| training the motor prior, {r['num_envs']} environments |"
+        f" {r['training_steps_per_s']:,.0f} | **{r['share_of_lone']:.0%}** |\n"
+    )
 
 
 def _practice_table(rows: list[dict[str, Any]]) -> str:

@@ -11,7 +11,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=Path, default=Path("runs/motor"), help="checkpoints, curve and weights")
     parser.add_argument("--samples", type=float, default=50e6, help="control steps over all environments")
-    parser.add_argument("--num-envs", type=int, default=512)
+    parser.add_argument("--num-envs", type=int, default=1024)
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     if args.samples < 1 or args.num_envs < 1:

@@ -55,7 +55,7 @@ def test_an_episode_may_begin_with_the_box_in_the_hands(phase):
     shares = tuple(float(p == phase) for p in START_PHASES)
     load = LoadRange(mass_kg=(1.0, 2.0), width_m=(0.3, 0.35), depth_m=(0.25, 0.3), height_m=(0.25, 0.3))
     env = make(4, load_share=1.0, start_shares=shares, push_n_s=0.0, auto_reset=False, load=load, randomize=False)
-    assert (env.planner.phase == phase).all()
+    assert (env.phase == phase).all()
     for _ in range(25):
         env.step(torch.zeros(6, 28))
     height = env.physics.state().object_pos_w[:, 0, 2]
@@ -69,7 +69,7 @@ def test_an_episode_may_begin_bent_over_the_box_that_was_just_put_down():
     for _ in range(30):
         env.step(torch.zeros(6, 28))
     state = env.physics.state()
-    assert (env.planner.phase >= Phase.RETREAT).all()
+    assert (env.phase >= Phase.RETREAT).all()
     assert (state.link_pos_w[:, 0, 2] > 0.35).float().mean() > 0.8
     assert (env.object_goal_distance() < 0.1).float().mean() > 0.6
 

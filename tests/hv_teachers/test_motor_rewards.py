@@ -15,7 +15,7 @@ def terms_of(env, residual=None, **changes):
     state = replace(env._state, **changes)
     residual = torch.zeros(env.num_envs, 28) if residual is None else residual
     return motor_reward(
-        state, Heading.of(state), env.motor_step, residual, env, env.planner.object_target, RewardConfig()
+        state, Heading.of(state), env.motor_step, residual, env, env.object_target, RewardConfig()
     )
 
 

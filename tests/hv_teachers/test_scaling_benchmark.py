@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from hv_sim.task import load_task
-from hv_teachers.scaling_benchmark import benchmark_recording, benchmark_teacher_env, resident_bytes, watch_memory
+from hv_teachers.scaling_benchmark import (
+    benchmark_motor_training,
+    benchmark_recording,
+    benchmark_teacher_env,
+    resident_bytes,
+    watch_memory,
+)
 
 
 def test_practice_beside_the_bare_engine():
@@ -14,6 +20,14 @@ def test_practice_beside_the_bare_engine():
     assert figures["share_of_bare"] == pytest.approx(figures["env_steps_per_s"] / figures["bare_steps_per_s"])
     assert 0 < figures["share_of_bare_with_prior"] < figures["share_of_bare"]
     assert (figures["num_envs"], figures["num_steps"], figures["num_threads"]) == (2, 4, 1)
+
+
+def test_training_of_the_motor_prior_beside_the_bare_engine():
+    figures = benchmark_motor_training(num_envs=4, iterations=1, num_threads=1, lone_steps=1)
+    assert figures["share_of_lone"] == pytest.approx(figures["training_steps_per_s"] / figures["lone_steps_per_s"])
+    assert figures["num_envs"] == 4
+    with pytest.raises(ValueError, match="iterations: 0 is not valid"):
+        benchmark_motor_training(iterations=0)
 
 
 def test_recording_counts_frames():

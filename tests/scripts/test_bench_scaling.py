@@ -32,6 +32,12 @@ def test_recording_table(tmp_path):
     assert "| 2 | 60.0 | 2.00 | 3.0 |\n\n(two cores)" in read_tables(tmp_path)
 
 
+def test_motor_table(tmp_path):
+    row = {"training_steps_per_s": 6000.0, "lone_steps_per_s": 12000.0, "share_of_lone": 0.5, "num_envs": 8}
+    (tmp_path / "motor.json").write_text(json.dumps({"machine": "two cores", "rows": [row]}))
+    assert "| training the motor prior, 8 environments | 6,000 | **50%** |" in read_tables(tmp_path)
+
+
 def test_what_is_wrong_is_said_in_one_line(tmp_path, capsys):
     assert main(["practice", f"--output={tmp_path}", "--tasks=nowhere"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
@@ -41,4 +47,4 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path, capsys):
         with_tables("a page", "tables")
     with pytest.raises(SystemExit):
         main(["horses"])
-    assert "'horses' is not valid; valid: practice, environments" in capsys.readouterr().err
+    assert "'horses' is not valid; valid: motor, practice, environments" in capsys.readouterr().err
