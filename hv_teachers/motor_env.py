@@ -18,12 +18,12 @@ from hv_policy.motor.intent import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, S
 from hv_policy.motor.kinematics import rotate_xy
 from hv_policy.motor.prior import MotorPrior, MotorStep
 from hv_policy.motor.reference import feet_ahead, standing_pose
-from hv_policy.motor.symmetry import POLAR, Reflection
 from hv_sim.humanoid import ROBOT_NQ
 from hv_sim.metrics import is_fallen
 from hv_sim.mujoco_physics import MujocoPhysics
 from hv_sim.observations import Heading, proprioception
 from hv_sim.physics import PhysicsState
+from hv_teachers.motor_critic import critic_sight
 from hv_teachers.motor_rewards import RewardConfig, motor_reward
 from hv_teachers.motor_scenes import (
     BEHIND_M,
@@ -39,19 +39,11 @@ from hv_teachers.planner import PlannerConfig, ScriptedPlanner
 from hv_teachers.postures import reach_posture
 from hv_teachers.regrasp import Regrasp, regrasp
 
+PLACED_STEPS, PLACED_M = 45, 0.2
 SHOVE_STEPS = 3
 """Control steps that a push lasts: .1 s."""
 START_ATTEMPTS = 50
 START_PHASES = (Phase.APPROACH, Phase.REACH, Phase.SQUEEZE, Phase.CARRY, Phase.ALIGN_PLACE, Phase.RELEASE)
-CRITIC_EXTRA = (
-    Reflection()
-    .swapped(3, POLAR)  # object, its velocity, its target
-    .signs(1.0, 1.0, 1.0, 1.0)  # size and mass
-    .signs(*POLAR)  # velocity of the pelvis
-    .signs(*[1.0] * (len(Phase) + 1))
-)
-"""What only the critic sees, and how it looks in a mirror."""
-
 
 @dataclass(frozen=True)
 class MotorEnvConfig:
@@ -137,6 +129,7 @@ class MotorEnv:
         heading = Heading.of(self._state)
         object_target = self.object_target
         terms = motor_reward(self._state, heading, previous, residual, self, object_target, self.config.reward)
+        terms["placed"] = self.config.reward.placed * self.placed()
         reward = torch.stack(list(terms.values())).sum(0)
         failed = self._failed(previous, object_target)
         done = self.episode_step >= self.max_steps
@@ -149,8 +142,20 @@ class MotorEnv:
         return torch.nan_to_num(reward), failed, timed_out, terms
 
     def object_goal_distance(self) -> Tensor:
-        """(N,) m."""
-        return (self._object() - self.goal_pos).norm(dim=-1)
+        """(N,) how far the load is from where it belongs, m."""
+        return (self.object_pos() - self.goal_pos).norm(dim=-1)
+
+    def placed(self) -> Tensor:
+        """(N,) bool: since 1.5 s the work is done, and the load is where it belongs."""
+        return self.has_load & (self.idle_steps == PLACED_STEPS) & (self.object_goal_distance() < PLACED_M)
+
+    def holding(self) -> Tensor:
+        """(N,) bool: the load should be in the hands."""
+        return self.has_load & (self.phase >= Phase.LIFT) & (self.phase <= Phase.LOWER)
+
+    def object_pos(self) -> Tensor:
+        """(N, 3) where the load is, world frame, m."""
+        return self._state.object_pos_w[:, 0]
 
     # inside
 
@@ -183,14 +188,11 @@ class MotorEnv:
             object_ang_vel_w=torch.zeros(n, 1, 3),
         )
 
-    def _object(self) -> Tensor:
-        return self._state.object_pos_w[:, 0]
-
     def _view(self, heading: Heading) -> TaskView:
         state, loads = self._state, self.planner.num_envs
         self._plan_again(state.link_pos_w[:, 0, :2])
         root, rotation = state.link_pos_w[:loads, 0, :2], state.object_rot_w[:loads, 0]
-        position = self._object()[:loads]
+        position = self.object_pos()[:loads]
         grasp = (rotation[:, None] @ self._way.local[:loads, ..., None])[..., 0] + position[:, None]
         carrying = self.planner.phase >= Phase.CARRY
         low = torch.where(carrying, 2, 0)
@@ -220,19 +222,19 @@ class MotorEnv:
 
     def _plan_again(self, root: Tensor) -> None:
         """A box that slipped away or was kicked is taken from where it now lies."""
-        moved = (self._object() - self._planned_for).norm(dim=-1) > 0.1
+        moved = (self.object_pos() - self._planned_for).norm(dim=-1) > 0.1
         again = self.has_load & (self.phase <= Phase.SQUEEZE) & (self._lost | moved)
         ids = again.nonzero()[:, 0]
         if not len(ids):
             return
         state = self._state
         way = regrasp(
-            self._object()[ids], state.object_rot_w[ids, 0], self.half[ids], self.grasp_height[ids], root[ids]
+            self.object_pos()[ids], state.object_rot_w[ids, 0], self.half[ids], self.grasp_height[ids], root[ids]
         )
         self._way.local[ids], self._way.depth_m[ids], self._way.stand[ids] = way.local, way.depth_m, way.stand
         self._waypoints[ids, 0], self._waypoints[ids, 1] = _behind(way.stand), way.stand[:, :2]
         self._waypoints[ids, 2] = self._waypoints[ids, 0]
-        self._planned_for[ids] = self._object()[ids]
+        self._planned_for[ids] = self.object_pos()[ids]
         self.waypoint_index[ids] = 0
 
     def _plan_first(self, rows: Tensor) -> None:
@@ -260,25 +262,17 @@ class MotorEnv:
         self.idle_steps = torch.where(self.phase == Phase.IDLE, self.idle_steps + 1, 0)
         observed = proprioception(self._state, heading)
         self.motor_step: MotorStep = self.prior.advance(observed, self.intent)
-        relative = heading.relative(self._object()) * self.has_load[:, None]
-        velocity = heading.rotate(self._state.object_lin_vel_w[:, 0]) * self.has_load[:, None]
-        target = heading.relative(self.object_target) * self.has_load[:, None]
-        phase = torch.nn.functional.one_hot(self.phase, len(Phase)).float() * self.has_load[:, None]
-        root = heading.rotate(self._state.link_lin_vel_w[:, 0])
-        extra = torch.cat(
-            [
-                relative,
-                velocity,
-                target,
-                self.half,
-                self.mass[:, None],
-                root,
-                phase,
-                self.episode_step[:, None] / self.max_steps,
-            ],
-            -1,
-        )
-        self._critic_extra = CRITIC_EXTRA.where(self.motor_step.mirrored, extra)
+        load = {
+            "object": self.object_pos(),
+            "velocity": self._state.object_lin_vel_w[:, 0],
+            "target": self.object_target,
+            "half": self.half,
+            "mass": self.mass,
+            "phase": self.phase,
+            "present": self.has_load,
+        }
+        time = self.episode_step / self.max_steps
+        self._critic_extra = critic_sight(self._state, heading, self.motor_step, load, time)
 
     def _failed(self, step: MotorStep, object_target: Tensor) -> Tensor:
         state = self._state
@@ -287,14 +281,10 @@ class MotorEnv:
         sunk = height < step.reference.pelvis_pos[:, 2] - 0.25
         tipped = lean < step.reference.pelvis_rot[:, 2, 2] - 0.45
         self.dropped = self.has_load & (
-            self._lost | (((self._object() - object_target).norm(dim=-1) > 0.35) & self._holding())
+            self._lost | (((self.object_pos() - object_target).norm(dim=-1) > 0.35) & self.holding())
         )
         broken = ~torch.isfinite(height)
         return sunk | tipped | is_fallen(state) | self.dropped | broken
-
-    def _holding(self) -> Tensor:
-        phase = self.phase
-        return self.has_load & (phase >= Phase.LIFT) & (phase <= Phase.LOWER)
 
     def shove(self, ids: np.ndarray, impulse_n_s: np.ndarray) -> None:
         """Pushes the torsos of environments `ids` (n,) with (n, 3) world impulses, spread over `SHOVE_STEPS` steps."""
@@ -307,7 +297,7 @@ class MotorEnv:
             due = (self.push_in <= 0).nonzero()[:, 0].numpy()
             angle = self.rng.uniform(-np.pi, np.pi, len(due))
             # a robot that holds something is pushed gently
-            most = self.config.push_n_s * np.where(self._holding()[due].numpy(), 0.4, 1.0)
+            most = self.config.push_n_s * np.where(self.holding()[due].numpy(), 0.4, 1.0)
             impulse = self.rng.uniform(0.1, 1.0, len(due)) * most
             self.shove(due, impulse[:, None] * np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1))
             steps = self.rng.uniform(0.5, 1.5, len(due)) * self.config.push_interval_s * 30

@@ -3,19 +3,42 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import torch
 from torch import Tensor
 
 from hv_policy.decision.view import Phase
 from hv_policy.motor import embodiment as body
-from hv_policy.motor.prior import MotorStep
+from hv_policy.motor.prior import MotorPrior, MotorStep
 from hv_sim.observations import Heading
 from hv_sim.physics import PhysicsState
 
-if TYPE_CHECKING:
-    from hv_teachers.motor_env import MotorEnv
+
+class Work(Protocol):
+    """What is done with a load in N environments, as the rewards see it; world frame, m."""
+
+    prior: MotorPrior
+    has_load: Tensor
+    """(N,) bool."""
+
+    @property
+    def phase(self) -> Tensor:
+        """(N,) int64, see `Phase`."""
+
+    @property
+    def start_pos(self) -> Tensor:
+        """(N, 3) where the load was taken from."""
+
+    @property
+    def goal_pos(self) -> Tensor:
+        """(N, 3) where it belongs."""
+
+    def holding(self) -> Tensor:
+        """(N,) bool: it should be in the hands."""
+
+    def object_pos(self) -> Tensor:
+        """(N, 3) where it is."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +57,7 @@ class RewardConfig:
     residual_rate: float = 0.004
     joint_speed: float = 2e-4
     placed: float = 3.0
+    """Once, for a load that was put down where it belongs."""
 
 
 def motor_reward(
@@ -41,7 +65,7 @@ def motor_reward(
     heading: Heading,
     step: MotorStep,
     residual: Tensor,
-    env: MotorEnv,
+    env: Work,
     object_target: Tensor,
     weight: RewardConfig,
 ) -> dict[str, Tensor]:
@@ -64,14 +88,13 @@ def motor_reward(
     feet = heading.rotate(state.link_pos_w[:, body.FEET] - origin[:, None])
     wanted = torch.cat([reference.foot_target[..., :2] - moved[:, None], reference.foot_target[..., 2:]], -1)
     foot_error = (feet - wanted).square().sum((-1, -2))
-    holding = env._holding()
-    load_error = (env._object() - object_target).norm(dim=-1)
+    holding = env.holding()
+    load_error = (env.object_pos() - object_target).norm(dim=-1)
     # before it is lifted a load is left where it is, after it was let go it is left at its goal
     rest = torch.where((env.phase < Phase.LIFT)[:, None], env.start_pos, env.goal_pos)
-    disturbed = (env._object() - rest).norm(dim=-1)
+    disturbed = (env.object_pos() - rest).norm(dim=-1)
     load = torch.where(holding, torch.exp(-6.0 * load_error), 0.9 * torch.exp(-6.0 * disturbed))
     change = residual - step.features[:, -28:]
-    placed = env.has_load & (env.idle_steps == 45) & (env.object_goal_distance() < 0.2)
     return {
         "alive": torch.full_like(turn, weight.alive),
         "velocity": weight.velocity * torch.exp(-6.0 * planar),
@@ -84,5 +107,4 @@ def motor_reward(
         "residual": -weight.residual * residual.square().sum(-1),
         "residual_rate": -weight.residual_rate * change.square().sum(-1),
         "joint_speed": -weight.joint_speed * state.joint_vel.square().sum(-1),
-        "placed": weight.placed * placed,
     }

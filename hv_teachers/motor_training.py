@@ -16,8 +16,12 @@ from tensordict import TensorDict
 from tqdm import tqdm
 
 from hv_policy.motor.prior import MotorPrior, MotorPriorConfig, save_motor_prior
+from hv_teachers.curriculum import practice_tasks, share_of_tasks
 from hv_teachers.curves import plot_curve
 from hv_teachers.motor_env import MotorEnv, MotorEnvConfig
+from hv_teachers.motor_practice import Practice, Practices
+from hv_teachers.motor_rooms import MotorRooms, RoomsConfig
+from hv_teachers.teacher import load_shipped_teacher
 
 CURVES = (
     "reward", "free_failures_per_s", "load_failures_per_s", "drops_per_s", "placed_share", "steps_per_s",
@@ -46,6 +50,7 @@ class MotorTrainingConfig:
     update_threads: int = 2
     prior: MotorPriorConfig = field(default_factory=MotorPriorConfig)
     env: MotorEnvConfig = field(default_factory=MotorEnvConfig)
+    rooms: RoomsConfig = field(default_factory=RoomsConfig)
 
 
 def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConfig) -> PPO:
@@ -102,7 +107,7 @@ class MotorTraining:
         self.config = config
         torch.set_num_threads(1)  # small operations: more threads only wait for each other
         self.prior = MotorPrior(config.prior)
-        self.env = MotorEnv(self.prior, config.env, seed=config.seed + 1000 * iteration)
+        self.env = _practice(self.prior, config, iteration)
         self.ppo = build_ppo(_observations(self.env), self.env.num_envs, config)
         self.ppo.train_mode()
         self.samples_per_iteration = self.env.num_envs * config.steps_per_iteration
@@ -174,14 +179,24 @@ def export_residual(ppo: PPO, prior: MotorPrior) -> None:
         prior.residual.std.copy_(normalizer.std + normalizer.eps)
 
 
-def _observations(env: MotorEnv) -> TensorDict:
+def _practice(prior: MotorPrior, config: MotorTrainingConfig, iteration: int) -> Practice:
+    seed, rooms = config.seed + 1000 * iteration, config.rooms
+    ground = MotorEnv(prior, config.env, seed)
+    if not rooms.num_envs:
+        return ground
+    tasks = share_of_tasks(practice_tasks(rooms.tasks), rooms.num_envs, config.seed, iteration)
+    network = load_shipped_teacher().networks[0]
+    return Practices([ground, MotorRooms(MotorPrior(config.prior), network, tasks, rooms, seed)])
+
+
+def _observations(env: Practice) -> TensorDict:
     features = env.features
     return TensorDict(
         {"features": features, "load": env.critic_features()[:, features.shape[1] :]}, batch_size=[env.num_envs]
     )
 
 
-def _rollout(ppo: PPO, env: MotorEnv, config: MotorTrainingConfig) -> dict[str, float]:
+def _rollout(ppo: PPO, env: Practice, config: MotorTrainingConfig) -> dict[str, float]:
     totals: dict[str, float] = {}
     steps = config.steps_per_iteration
     free, loaded = ~env.has_load, env.has_load

@@ -135,9 +135,9 @@ class TeacherEnv:
         )
         self.num_envs = self.world.num_envs
         self._number, self._total = number, total or self.num_envs
-        self._max_steps = config.steps_per_subtask * self.world.instructor.num_subtasks
+        self.max_steps = config.steps_per_subtask * self.world.instructor.num_subtasks
         self._rows = torch.arange(self.num_envs)
-        self._units = DecisionNetwork(DecisionConfig(action=teacher.action, memory="none", hidden=(1,), geometry=0))
+        self.units = DecisionNetwork(DecisionConfig(action=teacher.action, memory="none", hidden=(1,), geometry=0))
         self.planner = ScriptedPlanner(self.num_envs)
         self.senses = TeacherSenses(self.num_envs, teacher.memory == "phase", teacher.num_actions, config.noise)
         self.history = StyleHistory(self.num_envs)
@@ -215,7 +215,7 @@ class TeacherEnv:
             anchors, inputs = self.senses.inputs(seen)
         action = intent if self.teacher.action == "intent" else self.prior(seen.proprioception, intent)
         lost = self.planner.lost.clone()
-        return Label(before, after.phase, inputs, anchors, self._units.to_units(action), lost, after)
+        return Label(before, after.phase, inputs, anchors, self.units.to_units(action), lost, after)
 
     def follow(self, label: Label, chosen: Tensor, decision: Decision) -> Tensor:
         """(N, A) actions: the planner's where `chosen` (N,) is true, with its memory, else those decided."""
@@ -232,9 +232,16 @@ class TeacherEnv:
 
     def act(self, seen: Sight, action: Tensor) -> Outcome:
         """One control step with actions (N, A) in the network's units; episodes that are over begin anew."""
-        world = self.world
-        decided = self._units.from_units(action)
+        decided = self.units.from_units(action)
         targets = decided if self.teacher.action == "joints" else self.prior(seen.proprioception, decided)
+        outcome = self.move(action, targets)
+        self.renew(outcome)
+        return outcome
+
+    def move(self, action: Tensor, targets: Tensor) -> Outcome:
+        """As `act`, with joint targets (N, 28) that follow from the actions; episodes that are over stay so until
+        `renew`."""
+        world = self.world
         before = world.num_finished.clone()
         index = world.object_index
         world.step(targets)
@@ -245,15 +252,18 @@ class TeacherEnv:
         terms = self._rewards()
         accepted = world.num_finished - before
         fell = world.fallen if self.config.end_when_fallen else torch.zeros_like(world.fallen)
-        over = world.finished | (world.episode_step >= self._max_steps)
+        over = world.finished | (world.episode_step >= self.max_steps)
         if self.config.end_when_placed and self.senses.remembers_phase:
             over = over | (self.senses.memory.phase >= Phase.RELEASE)
         broken = ~torch.isfinite(world.state.link_pos_w[:, 0, 2])
         failed = fell | broken
-        outcome = Outcome(terms, windows, failed, over & ~failed, accepted)
-        self.ended = self._report(failed | over)
-        self.begin((failed | over).nonzero()[:, 0])
-        return outcome
+        return Outcome(terms, windows, failed, over & ~failed, accepted)
+
+    def renew(self, outcome: Outcome) -> None:
+        """Begins new episodes where they are over; `ended` says how they went."""
+        over = outcome.failed | outcome.timed_out
+        self.ended = self._report(over)
+        self.begin(over.nonzero()[:, 0])
 
     def _rewards(self) -> dict[str, Tensor]:
         x = read_world(self.world, self._points, self.start_height)

@@ -61,7 +61,7 @@ def observations(env: TeacherEnv, seen: Sight, decision: Decision, label: Label 
     """What PPO stores of one step: the networks' inputs, what only the critic sees, and the planner's answer."""
     n = env.num_envs
     phase = nn.functional.one_hot(env.senses.memory.phase, NUM_PHASES).float()
-    left = 1.0 - env.world.episode_step[:, None] / env._max_steps[:, None]
+    left = 1.0 - env.world.episode_step[:, None] / env.max_steps[:, None]
     groups = {
         "sights": seen.sights,
         "anchors": decision.anchors,

@@ -12,16 +12,22 @@ def main() -> int:
     parser.add_argument("--output", type=Path, default=Path("runs/motor"), help="checkpoints, curve and weights")
     parser.add_argument("--samples", type=float, default=50e6, help="control steps over all environments")
     parser.add_argument("--num-envs", type=int, default=1024)
+    parser.add_argument("--rooms", type=int, default=0, help="more environments: rooms in which the teachers work")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
+    if args.rooms < 0:
+        print(f"error: --rooms: {args.rooms}; valid: 0 or more", file=sys.stderr)
+        return 2
     if args.samples < 1 or args.num_envs < 1:
         print(f"error: --samples, --num-envs: {args.samples:g}, {args.num_envs}; valid: both >= 1", file=sys.stderr)
         return 2
     from hv_teachers.motor_env import MotorEnvConfig
+    from hv_teachers.motor_rooms import RoomsConfig
     from hv_teachers.motor_training import MotorTrainingConfig, train_motor
 
     env = MotorEnvConfig(num_envs=args.num_envs)
-    config = MotorTrainingConfig(samples=int(args.samples), seed=args.seed, env=env)
+    rooms = RoomsConfig(num_envs=args.rooms)
+    config = MotorTrainingConfig(samples=int(args.samples), seed=args.seed, env=env, rooms=rooms)
     weights = train_motor(config, args.output)
     print(f"weights: {weights}", f"curve: {args.output / 'curve.png'}", sep="\n")
     print(f"measure: hv-bench-motor --weights {weights} --output DIR")

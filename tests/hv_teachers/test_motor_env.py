@@ -6,7 +6,8 @@ import torch
 
 from hv_policy.decision.view import Phase
 from hv_policy.motor.prior import FEATURE_DIM, MotorPrior
-from hv_teachers.motor_env import CRITIC_EXTRA, START_PHASES, MotorEnv, MotorEnvConfig, draw_intents
+from hv_teachers.motor_critic import CRITIC_EXTRA
+from hv_teachers.motor_env import START_PHASES, MotorEnv, MotorEnvConfig, draw_intents
 from hv_teachers.motor_scenes import LoadRange, draw_carry_task
 
 

@@ -52,5 +52,5 @@ def test_a_box_that_stands_at_its_goal_is_paid_once():
     paid = []
     for steps in (44, 45, 46):
         env.idle_steps[:] = steps
-        paid.append(bool((terms_of(env)["placed"] > 0).all()))
+        paid.append(bool(env.placed().all()))
     assert paid == [False, True, False]
