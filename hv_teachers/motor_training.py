@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import math
 import os
 import time
 from contextlib import redirect_stdout
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import torch
 from rsl_rl.algorithms import PPO
@@ -39,7 +41,12 @@ class MotorTrainingConfig:
     mixed_precision: bool = True
     """Actor and critic compute in bfloat16."""
     learning_rate: float = 5e-4
-    desired_kl: float = 0.08
+    desired_kl: float | None = 0.08
+    """The actor's step follows from it; None: it stays, and so does the noise, and the critic has a step of its own."""
+    critic_learning_rate: float = 5e-4
+    """Without `desired_kl`."""
+    critic_warmup: int = 0
+    """Iterations in which only the critic learns; without `desired_kl`."""
     gamma: float = 0.98
     lam: float = 0.95
     noise: float = 0.12
@@ -48,9 +55,19 @@ class MotorTrainingConfig:
     seed: int = 0
     checkpoint_minutes: float = 3.0
     update_threads: int = 2
+    init: str = ""
+    """State of another training (`resume.pt`) whose networks to begin with; empty: new ones."""
     prior: MotorPriorConfig = field(default_factory=MotorPriorConfig)
     env: MotorEnvConfig = field(default_factory=MotorEnvConfig)
     rooms: RoomsConfig = field(default_factory=RoomsConfig)
+
+
+def fine_tuning(config: MotorTrainingConfig) -> MotorTrainingConfig:
+    """The same in small steps, for networks that are good already; where they shall be good at something else, their
+    critic has to learn first what that is worth."""
+    return replace(
+        config, desired_kl=None, learning_rate=3e-5, noise=0.06, critic_warmup=25, steps_per_iteration=24
+    )  # fmt: skip
 
 
 def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConfig) -> PPO:
@@ -74,6 +91,7 @@ def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConf
             "num_mini_batches": config.mini_batches,
             "learning_rate": config.learning_rate,
             "desired_kl": config.desired_kl,
+            "schedule": "fixed" if config.desired_kl is None else "adaptive",
             "gamma": config.gamma,
             "lam": config.lam,
             "entropy_coef": 0.0,
@@ -92,7 +110,16 @@ def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConf
         last = [m for m in ppo.actor.mlp if isinstance(m, torch.nn.Linear)][-1]
         last.weight.mul_(0.01)
         last.bias.zero_()
+    if config.desired_kl is None:
+        _deviation(ppo).requires_grad_(False)
+        actor = [p for p in ppo.actor.parameters() if p.requires_grad]
+        critic = {"params": list(ppo.critic.parameters()), "lr": config.critic_learning_rate}
+        ppo.optimizer = torch.optim.Adam([{"params": actor}, critic], lr=config.learning_rate)
     return ppo
+
+
+def _deviation(ppo: PPO) -> torch.nn.Parameter:
+    return ppo.actor.distribution.log_std_param  # type: ignore[union-attr, return-value]
 
 
 class MotorTraining:
@@ -111,10 +138,21 @@ class MotorTraining:
         self.ppo = build_ppo(_observations(self.env), self.env.num_envs, config)
         self.ppo.train_mode()
         self.samples_per_iteration = self.env.num_envs * config.steps_per_iteration
+        self._iterations = iteration
+
+    def begin_with(self, state: dict[str, Any]) -> None:
+        """The networks of another training's PPO (what its `save` gave), with this one's noise."""
+        self.ppo.load(state, {"actor": True, "critic": True}, strict=True)
+        with torch.no_grad():
+            _deviation(self.ppo).fill_(math.log(self.config.noise))
 
     def iterate(self) -> dict[str, float]:
         """One rollout and one update; returns a row of the curve."""
         begun = time.time()
+        if self.config.desired_kl is None:
+            learns = self._iterations >= self.config.critic_warmup
+            self.ppo.learning_rate = self.ppo.optimizer.param_groups[0]["lr"] = self.config.learning_rate * learns
+        self._iterations += 1
         row = _rollout(self.ppo, self.env, self.config)
         simulated = time.time() - begun
         torch.set_num_threads(self.config.update_threads)
@@ -146,6 +184,8 @@ def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
         training.ppo.load(saved["ppo"], None, strict=True)
         training.ppo.learning_rate = saved["learning_rate"]
         torch.manual_seed(config.seed + iteration)
+    elif config.init:
+        training.begin_with(torch.load(config.init, weights_only=True)["ppo"])
     curve = _Curve(output / "curve.csv", samples)
     started, last_save = time.time() - 60 * minutes, time.time()
     with tqdm(

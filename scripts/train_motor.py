@@ -12,6 +12,7 @@ def main() -> int:
     parser.add_argument("--output", type=Path, default=Path("runs/motor"), help="checkpoints, curve and weights")
     parser.add_argument("--samples", type=float, default=50e6, help="control steps over all environments")
     parser.add_argument("--num-envs", type=int, default=1024)
+    parser.add_argument("--init", default="", help="another training's resume.pt, to go on from in small steps")
     parser.add_argument("--rooms", type=int, default=0, help="more environments: rooms in which the teachers work")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
@@ -23,11 +24,16 @@ def main() -> int:
         return 2
     from hv_teachers.motor_env import MotorEnvConfig
     from hv_teachers.motor_rooms import RoomsConfig
-    from hv_teachers.motor_training import MotorTrainingConfig, train_motor
+    from hv_teachers.motor_training import MotorTrainingConfig, fine_tuning, train_motor
 
     env = MotorEnvConfig(num_envs=args.num_envs)
     rooms = RoomsConfig(num_envs=args.rooms)
-    config = MotorTrainingConfig(samples=int(args.samples), seed=args.seed, env=env, rooms=rooms)
+    config = MotorTrainingConfig(samples=int(args.samples), seed=args.seed, env=env, rooms=rooms, init=args.init)
+    if args.init:
+        if not Path(args.init).is_file():
+            print(f"error: --init: {args.init} is not a file; valid: the resume.pt of a training", file=sys.stderr)
+            return 2
+        config = fine_tuning(config)
     weights = train_motor(config, args.output)
     print(f"weights: {weights}", f"curve: {args.output / 'curve.png'}", sep="\n")
     print(f"measure: hv-bench-motor --weights {weights} --output DIR")

@@ -9,7 +9,14 @@ import torch
 from hv_policy.motor.prior import MotorPrior, MotorPriorConfig, load_motor_prior
 from hv_teachers.curves import plot_curve
 from hv_teachers.motor_env import MotorEnv, MotorEnvConfig
-from hv_teachers.motor_training import MotorTrainingConfig, _observations, build_ppo, export_residual, train_motor
+from hv_teachers.motor_training import (
+    MotorTrainingConfig,
+    _observations,
+    build_ppo,
+    export_residual,
+    fine_tuning,
+    train_motor,
+)
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +43,26 @@ def test_training_goes_on_where_it_was(tmp_path, config):
     assert not torch.equal(first, load_motor_prior(weights).residual.layers[0].weight)
     assert (tmp_path / "curve.png").stat().st_size > 1000
     assert not list(tmp_path.glob("*.tmp*"))
+
+
+def test_fine_tuning_begins_with_what_there_was_and_the_critic_learns_first(tmp_path, config):
+    train_motor(config, tmp_path / "before")
+    start = tmp_path / "before" / "resume.pt"
+    before = torch.load(start, weights_only=True)["ppo"]
+    short = replace(config, samples=96, init=str(start))
+    small = replace(fine_tuning(short), steps_per_iteration=6, critic_warmup=1)
+    states = {}
+    for iterations in (1, 2):
+        train_motor(replace(small, samples=48 * iterations), tmp_path / "after")
+        states[iterations] = torch.load(tmp_path / "after" / "resume.pt", weights_only=True)["ppo"]
+
+    def same(a, b, part, layer="mlp.0.weight"):
+        return torch.equal(a[f"{part}_state_dict"][layer], b[f"{part}_state_dict"][layer])
+
+    assert same(before, states[1], "actor")
+    assert not same(before, states[1], "critic")
+    assert not same(states[1], states[2], "actor")
+    assert [float(r["noise"]) for r in rows(tmp_path / "after")] == [small.noise] * 2
 
 
 def test_the_export_is_the_actors_mean(config):
