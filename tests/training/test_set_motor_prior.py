@@ -37,9 +37,3 @@ def test_another_network_is_refused(tmp_path: Path):
     assert refused.returncode == 1
     assert "is not of the form of the motor prior" in refused.stderr
     assert refused.stderr.count("\n") == 1
-
-
-def test_the_shipped_student_has_the_shipped_prior():
-    student = load_file(SHIPPED_STUDENT / "model.safetensors")
-    for name, value in load_file(SHIPPED_MOTOR_PRIOR).items():
-        assert torch.equal(student[f"network.prior.{name}"], value), name
