@@ -12,6 +12,7 @@ import atexit
 import contextlib
 import functools
 import textwrap
+import threading
 import weakref
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
@@ -31,6 +32,8 @@ HEAD_CAMERA = "head"
 VIDEO_HEIGHT_PX, VIDEO_WIDTH_PX = 336, 672
 _CAPTION_HEIGHT_PX = 48
 _THIRD_PERSON_DISTANCE_M = 3.8
+_ONE_AT_A_TIME = threading.RLock()
+"""Software OpenGL draws in one thread of a process at a time: in two it has crashed."""
 _HANGS_ON_WALL_M = 0.058
 """What is nearer to a wall than this belongs to it; furniture keeps 6 cm."""
 
@@ -91,7 +94,8 @@ class CameraRenderer:
         flags = renderer.scene.flags
         flags[mujoco.mjtRndFlag.mjRND_SHADOW] = self._shadows
         flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
-        return renderer.render()
+        with _ONE_AT_A_TIME:
+            return renderer.render()
 
     def render_qpos(
         self, model: mujoco.MjModel, qpos: np.ndarray, camera: str | mujoco.MjvCamera = HEAD_CAMERA
@@ -143,7 +147,7 @@ class CameraRenderer:
             _close(renderer)
             del self._data[oldest]
         try:
-            with self._look(model):
+            with _ONE_AT_A_TIME, self._look(model):
                 self._renderers[key] = mujoco.Renderer(model, self.height_px, self.width_px)
         except (ImportError, RuntimeError, AttributeError, mujoco.FatalError) as error:
             reason = " ".join(str(error).split())
@@ -229,8 +233,9 @@ def _close(renderer: mujoco.Renderer) -> None:
     `mujoco.Renderer.close` deletes textures and lists by number in whatever context is current, so its own has to be.
     Rendering is the public call that sees to that.
     """
-    renderer.render()
-    renderer.close()
+    with _ONE_AT_A_TIME:
+        renderer.render()
+        renderer.close()
 
 
 def _leave_near_walls_out(scene: mujoco.MjvScene, model: mujoco.MjModel) -> None:

@@ -4,6 +4,7 @@ import copy
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
 import numpy as np
@@ -230,3 +231,18 @@ def test_mujoco_imported_first_still_renders_headless():
 def test_a_bad_size_is_named(name):
     with pytest.raises(ValueError, match=f"{name}: 0 is not valid"):
         CameraRenderer(**{name: 0})
+
+
+def test_two_threads_draw_what_one_does(physics):
+    alone = CameraRenderer(24, 32).render_batch(physics, [0])
+
+    def draw(_: int) -> np.ndarray:
+        renderer = CameraRenderer(24, 32)
+        pictures = [renderer.render_batch(physics, [0]) for _ in range(20)]
+        renderer.close()
+        assert all(np.array_equal(picture, pictures[0]) for picture in pictures)
+        return pictures[0]
+
+    with ThreadPoolExecutor(2) as pool:
+        for picture in pool.map(draw, range(4)):
+            np.testing.assert_array_equal(picture, alone)
