@@ -38,11 +38,8 @@ def test_with_the_teacher_in_the_lead_all_the_time_it_is_the_teacher(folder):
     config = RecordingConfig(seed=3, image_size_px=64, max_episode_steps=45, beta=1.0)
     [(_, led)] = roll(folder, 1.0, [(TASKS[0], 0)], config)
     [(_, taught)] = roll_attempts([(TASKS[0], 0)], lambda n: TeacherExpert(n), config)
-    # what is not remembered yet lies elsewhere, and weighs a little; where a foot touches down, for a moment more
-    apart = [np.abs(a["action"] - b["action"]).max() for a, b in zip(led, taught, strict=True)]
-    assert max(apart) < 6e-2
-    assert np.median(apart) < 1e-2
-    for a, b in zip(led, taught, strict=True):
+    for a, b in zip(led, taught, strict=True):  # what is not remembered yet lies elsewhere, and weighs a little
+        np.testing.assert_allclose(a["action"], b["action"], atol=2e-2)
         np.testing.assert_allclose(a["privileged.places"], b["privileged.places"], atol=2e-2)
         np.testing.assert_array_equal(a["privileged.phase"], b["privileged.phase"])
 
