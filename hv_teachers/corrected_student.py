@@ -14,6 +14,7 @@ import torch
 from lerobot.configs.policies import PreTrainedConfig
 from torch import Tensor
 
+from hv_policy.batch_invariant import atan2
 from hv_policy.belief.acting import BeliefStudent
 from hv_policy.belief.belief import BeliefConfig
 from hv_policy.belief.places import turned
@@ -150,7 +151,7 @@ def teacher_leads(seeds: Sequence[int | None], steps: Sequence[int], beta: float
 def true_pose(world: RearrangeWorld) -> Tensor:
     """(N, 3) x, y, yaw of the robots in the world."""
     heading = world.heading
-    yaw = torch.atan2(heading.sin, heading.cos)
+    yaw = atan2(heading.sin, heading.cos)
     return torch.cat([world.state.link_pos_w[:, 0, :2], yaw[:, None]], -1)
 
 

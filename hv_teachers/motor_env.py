@@ -12,6 +12,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from hv_policy.batch_invariant import atan2
 from hv_policy.decision.view import Phase, TaskView
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.intent import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, neutral_intent
@@ -204,7 +205,7 @@ class MotorEnv:
         self.waypoint_index[:loads] = index
         return TaskView(
             root_xy=root,
-            root_yaw=torch.atan2(heading.sin, heading.cos)[:loads],
+            root_yaw=atan2(heading.sin, heading.cos)[:loads],
             feet_xy=state.link_pos_w[:loads, body.FEET, :2].mean(1),
             hands=state.link_pos_w[:loads, body.HANDS],
             object_pos=position,

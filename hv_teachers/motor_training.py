@@ -118,6 +118,16 @@ def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConf
     return ppo
 
 
+def _load(ppo: PPO, state: dict[str, Any], path: Path, parts: dict[str, bool] | None) -> None:
+    try:
+        ppo.load(state, parts, strict=True)
+    except (ValueError, RuntimeError, KeyError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise ValueError(
+            f"{path}: is of another training ({reason}); valid: the settings it was made with"
+        ) from None
+
+
 def _deviation(ppo: PPO) -> torch.nn.Parameter:
     return ppo.actor.distribution.log_std_param  # type: ignore[union-attr, return-value]
 
@@ -140,9 +150,9 @@ class MotorTraining:
         self.samples_per_iteration = self.env.num_envs * config.steps_per_iteration
         self._iterations = iteration
 
-    def begin_with(self, state: dict[str, Any]) -> None:
-        """The networks of another training's PPO (what its `save` gave), with this one's noise."""
-        self.ppo.load(state, {"actor": True, "critic": True}, strict=True)
+    def begin_with(self, path: Path) -> None:
+        """The networks of another training (its `resume.pt`), with this one's noise."""
+        _load(self.ppo, torch.load(path, weights_only=True)["ppo"], path, {"actor": True, "critic": True})
         with torch.no_grad():
             _deviation(self.ppo).fill_(math.log(self.config.noise))
 
@@ -172,6 +182,9 @@ def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
     """Trains, or goes on training, in the folder `output`; returns the path of the exported weights.
 
     Leaves `resume.pt` (everything needed to go on), `curve.csv`, `curve.png` and `motor_prior.safetensors`.
+
+    Raises:
+        ValueError: the folder or `init` holds networks of another shape, or another kind of training.
     """
     output = Path(output)
     output.mkdir(parents=True, exist_ok=True)
@@ -181,11 +194,11 @@ def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
     iteration, samples, minutes = (saved["iteration"], saved["samples"], saved["minutes"]) if saved else (0, 0, 0.0)
     training = MotorTraining(config, iteration)
     if saved:
-        training.ppo.load(saved["ppo"], None, strict=True)
+        _load(training.ppo, saved["ppo"], resume, None)
         training.ppo.learning_rate = saved["learning_rate"]
         torch.manual_seed(config.seed + iteration)
     elif config.init:
-        training.begin_with(torch.load(config.init, weights_only=True)["ppo"])
+        training.begin_with(Path(config.init))
     curve = _Curve(output / "curve.csv", samples)
     started, last_save = time.time() - 60 * minutes, time.time()
     with tqdm(

@@ -11,6 +11,7 @@ import torch.nn.functional as F
 from torch import Tensor
 from tqdm import tqdm
 
+from hv_policy.batch_invariant import atan2
 from hv_policy.belief.odometry import CORRECTION_UNIT_RAD, Odometry, features, rate_turn
 from hv_policy.motor.intent import HEIGHT, VELOCITY, neutral_intent
 from hv_policy.motor.prior import load_shipped_motor_prior
@@ -56,12 +57,12 @@ def feel(tasks: Sequence[Task], seed: int, steps: int) -> Felt:
         if step % _NEW_INTENT_STEPS == 0:
             intent = _random_intents(world.num_envs, generator)
         heading, state = world.heading, world.observe().proprioception
-        yaw = torch.atan2(heading.sin, heading.cos)
+        yaw = atan2(heading.sin, heading.cos)
         is_up = ~(world.fallen | world.done)
         if last is not None:
             turn = yaw - last[1]
             both = is_up & last[2]
-            pair = (last[0], state, torch.atan2(turn.sin(), turn.cos()), torch.arange(world.num_envs))
+            pair = (last[0], state, atan2(turn.sin(), turn.cos()), torch.arange(world.num_envs))
             rows.append([x[both].clone() for x in pair])
         last = state.clone(), yaw, is_up
         world.step(torch.where(wanders[:, None], prior(state, intent), teacher(world)))

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from hv_policy.batch_invariant import atan2
 from hv_policy.decision.view import Phase, TaskView
 from hv_policy.motor.embodiment import CONTROL_DT_S, HAND_RADIUS_M
 from hv_policy.motor.intent import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, VELOCITY, neutral_intent
@@ -173,8 +174,8 @@ class ScriptedPlanner:
         look = torch.where(during(Phase.CARRY, Phase.ALIGN_PLACE, Phase.LOWER)[:, None], view.goal_pos, view.object_pos)
         look = _to_heading(view, look[:, None])[:, 0]
         distance = look[:, :2].norm(dim=-1)
-        intent[:, GAZE.start] = torch.atan2(look[:, 1], look[:, 0]).clamp(-0.7, 0.7) * (distance > 0.2)
-        intent[:, GAZE.start + 1] = torch.atan2(1.5 - look[:, 2], distance.clamp(min=0.3)).clamp(0.0, 0.9)
+        intent[:, GAZE.start] = atan2(look[:, 1], look[:, 0]).clamp(-0.7, 0.7) * (distance > 0.2)
+        intent[:, GAZE.start + 1] = atan2(1.5 - look[:, 2], distance.clamp(min=0.3)).clamp(0.0, 0.9)
 
         target = torch.where(during(Phase.LOWER)[:, None], lowered_object, view.object_pos)
         held = (hand - self._offset).mean(1)
@@ -314,7 +315,7 @@ def _walk(view: TaskView, speed: Tensor, turn_rate: float, stand_distance: Tenso
     point = torch.cat([view.waypoint, torch.zeros_like(view.waypoint[:, :1])], -1)
     x, y, _ = _to_heading(view, point[:, None])[:, 0].unbind(-1)
     distance = torch.sqrt(x * x + y * y)
-    bearing = torch.atan2(y, x)
+    bearing = atan2(y, x)
     backward = view.may_back & (bearing.abs() > 1.9) & (distance < 1.2)
     facing = torch.where(backward, _wrap(bearing + torch.pi), bearing)
     turn = (1.8 * facing).clamp(-turn_rate, turn_rate)

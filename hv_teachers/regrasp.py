@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from hv_policy.batch_invariant import atan2
 from hv_sim.navigation import LOW_SUPPORT_M, SQUAT_ROOM_M, SQUAT_STAND_M
 
 WIDEST_M = 0.5
@@ -60,7 +61,7 @@ def regrasp(pos_w: Tensor, rot_w: Tensor, half_m: Tensor, raise_m: Tensor, robot
                 (0.2 + SQUAT_ROOM_M + extent / 2).clamp(min=SQUAT_STAND_M),
                 (0.25 + extent / 2).clamp(min=0.4),
             )
-            place = torch.cat([pos_w[:, :2] - away[:, None] * facing, torch.atan2(facing[:, 1:], facing[:, :1])], -1)
+            place = torch.cat([pos_w[:, :2] - away[:, None] * facing, atan2(facing[:, 1:], facing[:, :1])], -1)
             better = cost < best_cost
             best_cost = torch.where(better, cost, best_cost)
             local = torch.where(better[:, None, None], touch, local)

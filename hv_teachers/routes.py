@@ -6,6 +6,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from hv_policy.batch_invariant import atan2
 from hv_policy.decision.view import TaskView
 from hv_policy.motor import embodiment as body
 from hv_sim.observations import Heading
@@ -62,7 +63,7 @@ class RouteViews:
         clearance, away = navigator.room(state.link_pos_w[:, 0])
         return TaskView(
             root_xy=state.link_pos_w[:, 0, :2],
-            root_yaw=torch.atan2(heading.sin, heading.cos),
+            root_yaw=atan2(heading.sin, heading.cos),
             feet_xy=state.link_pos_w[:, body.FEET, :2].mean(1),
             hands=state.link_pos_w[:, body.HANDS],
             object_pos=position,

@@ -34,7 +34,11 @@ def main() -> int:
             print(f"error: --init: {args.init} is not a file; valid: the resume.pt of a training", file=sys.stderr)
             return 2
         config = fine_tuning(config)
-    weights = train_motor(config, args.output)
+    try:
+        weights = train_motor(config, args.output)
+    except ValueError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
     print(f"weights: {weights}", f"curve: {args.output / 'curve.png'}", sep="\n")
     print(f"measure: hv-bench-motor --weights {weights} --output DIR")
     return 0

@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields
 import torch
 from torch import Tensor
 
+from hv_policy.batch_invariant import atan2
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.gait import PELVIS_PITCH_SHARE, PLAN_SHAPES, GaitConfig, Plan, Remembered, advance_gait, gait_of
 from hv_policy.motor.intent import GAZE, SQUEEZE, VELOCITY, split_hands
@@ -138,7 +139,7 @@ def start_reference(state: BodyState, intent: Tensor, config: GaitConfig) -> Ref
     forward = state.rot[:, body.FEET, :, 0]
     hands = split_hands(intent)
     torso_forward = state.rot[:, body.TORSO, :, 0]
-    pitch = torch.atan2(-torso_forward[:, 2], torso_forward[:, 0])
+    pitch = atan2(-torso_forward[:, 2], torso_forward[:, 0])
     shoulder = shoulder_positions(state.pos[:, body.TORSO], state.rot[:, body.TORSO])
     arms = preferred_arm_angles(pitch)
     arms = arm_inverse_kinematics(shoulder, state.rot[:, body.TORSO], hands, arms, arms, iterations=12)
@@ -146,7 +147,7 @@ def start_reference(state: BodyState, intent: Tensor, config: GaitConfig) -> Ref
     joints[:, 1] = pitch * (1 - PELVIS_PITCH_SHARE)
     joints[:, 6:14] = arms.flatten(1)
     hips = hip_positions(state.pos[:, body.PELVIS], state.rot[:, body.PELVIS])
-    foot_yaw = torch.atan2(forward[..., 1], forward[..., 0])
+    foot_yaw = atan2(forward[..., 1], forward[..., 0])
     joints[:, 14:] = leg_inverse_kinematics(hips, feet, state.rot[:, body.PELVIS], foot_yaw).flatten(1)
     zero = intent.new_zeros(n)
     return ReferenceState(

@@ -1,9 +1,9 @@
-"""Linear layers that answer a row alone as in company, against nn.Linear and by bits."""
+"""Operations that answer a row alone as in company: against PyTorch's own, and by bits."""
 
 import torch
 from torch import nn
 
-from hv_policy.batch_invariant import BatchInvariantLinear
+from hv_policy.batch_invariant import BatchInvariantLinear, atan2
 
 
 def test_a_row_is_the_same_in_any_company():
@@ -27,3 +27,13 @@ def test_it_is_a_linear_layer_and_learns_as_one():
     for one in (layer, plain):
         one(rows).square().sum().backward()
     assert torch.equal(layer.weight.grad, plain.weight.grad)
+
+
+def test_an_angle_is_the_same_in_any_company():
+    torch.manual_seed(0)
+    y, x = torch.randn(2, 301, 2)
+    together = atan2(y, x)
+    torch.testing.assert_close(together, torch.atan2(y, x), atol=1e-6, rtol=0)
+    assert torch.equal(torch.cat([atan2(y[i : i + 1], x[i : i + 1]) for i in range(len(y))]), together)
+    assert torch.equal(atan2(y.mT, x.mT).mT, together), "nor does it matter how they lie in memory"
+    assert atan2(y.double(), x[:1].double()).dtype == torch.float64

@@ -65,6 +65,16 @@ def test_fine_tuning_begins_with_what_there_was_and_the_critic_learns_first(tmp_
     assert [float(r["noise"]) for r in rows(tmp_path / "after")] == [small.noise] * 2
 
 
+def test_a_folder_of_another_training_is_refused(tmp_path, config):
+    train_motor(replace(config, samples=48), tmp_path)
+    for other in (fine_tuning(config), replace(config, prior=MotorPriorConfig(hidden=(8,)))):
+        with pytest.raises(ValueError, match=r"resume\.pt: is of another training"):
+            train_motor(other, tmp_path)
+    with pytest.raises(ValueError, match=r"resume\.pt: is of another training"):
+        small = replace(config, prior=MotorPriorConfig(hidden=(8,)), init=str(tmp_path / "resume.pt"))
+        train_motor(small, tmp_path / "other")
+
+
 def test_the_export_is_the_actors_mean(config):
     prior = MotorPrior(config.prior)
     env = MotorEnv(prior, config.env, 0)
