@@ -11,7 +11,8 @@ from tqdm import tqdm
 from hv_sim.instructor import InstructorConfig
 from hv_sim.suites import SUITE_SIZES, SUITES, load_suite
 from hv_teachers.episodes import EpisodeOutcome
-from hv_teachers.evaluation import METRICS_FILE, EvaluationConfig, evaluate, read_outcomes
+from hv_teachers.evaluated_policies import load_evaluated_policy
+from hv_teachers.evaluation import METRICS_FILE, PLAN_FILE, EvaluationConfig, evaluate, read_outcomes
 from hv_teachers.impairments import NOTHING_TAKEN, Impairments, read_impairments
 from hv_teachers.results import EXPERIMENT_FILE, find_results, leaderboard, read_result, with_results
 from hv_teachers.teacher import TEACHER_FILES
@@ -118,10 +119,11 @@ def plan_of(experiment: Experiment, places: Places) -> str:
         seconds += samples / TRAINED_PER_S
         steps.append(f"train {samples / 1e6:.0f} M control steps")
     sees = experiment.policy not in (None, "planner", "teacher")
+    policy = experiment.policy or str(places.training(experiment.name))
     for suite, repeats in experiment.suites.items():
         folder = places.evaluation(experiment.name, suite)
         total = SUITE_SIZES[suite] * repeats
-        left = total - len(read_outcomes(folder))
+        left = total - (0 if _is_of_another_policy(folder, policy, experiment) else len(read_outcomes(folder)))
         if left > 0:
             seconds += left * _seconds_per_episode(folder, sees)
             steps.append(f"{left} episodes of {suite}")
@@ -134,6 +136,8 @@ def run_experiment(
     experiment: Experiment, places: Places, *, seed: int = 0, workers: int = 0, film: bool = False
 ) -> list[Path]:
     """Trains and evaluates what is missing; returns the files of results.
+
+    Episodes of a policy that has changed since are put aside: SUITE becomes SUITE.HASH, named after that policy.
 
     Raises:
         ValueError: a configuration is not valid.
@@ -151,6 +155,9 @@ def run_experiment(
     written = []
     for suite, repeats in experiment.suites.items():
         tasks, output = load_suite(suite), places.evaluation(experiment.name, suite)
+        before = _is_of_another_policy(output, policy, experiment)
+        if before:
+            output.rename(output.with_name(f"{suite}.{before}"))
         config = EvaluationConfig(policy, suite, repeats, seed, None, instructor, impairments=experiment.impairments)
         with tqdm(total=len(tasks) * repeats, desc=f"{experiment.name} {suite}", unit="episode") as bar:
 
@@ -172,6 +179,16 @@ def run_experiment(
 
 def _is_trained(folder: Path) -> bool:
     return (folder / TEACHER_FILES[0]).is_file() and (folder / "recipe.json").is_file()
+
+
+def _is_of_another_policy(folder: Path, policy: str, experiment: Experiment) -> str:
+    """The hash of the policy whose episodes a folder holds, if it is not the one that there is now; else ""."""
+    try:
+        before = json.loads((folder / PLAN_FILE).read_text(encoding="utf-8"))["policy_hash"]
+    except (OSError, ValueError, KeyError):
+        return ""
+    now = load_evaluated_policy(policy, experiment.impairments).fingerprint()
+    return "" if before == now else str(before)
 
 
 def _seconds_per_episode(folder: Path, sees: bool) -> float:

@@ -52,6 +52,13 @@ def test_runs_and_is_reused(tmp_path, monkeypatch):
     run_experiment(experiment, places, workers=1)
     assert (places.evaluation("planner", "unseen") / "timing.json").read_bytes() == before, "nothing was played again"
 
+    monkeypatch.setattr("hv_teachers.evaluated_policies._Planner.fingerprint", lambda _: "another")
+    assert plan_of(experiment, places).startswith("planner: 2 episodes of unseen")
+    run_experiment(experiment, places, workers=1)
+    assert plan_of(experiment, places) == "planner: done"
+    (aside,) = places.evaluation("planner", "unseen").parent.glob("unseen.planner-*")
+    assert (aside / "timing.json").read_bytes() == before, "what the planner did before it changed is kept"
+
 
 @pytest.mark.parametrize(
     ("text", "message"),

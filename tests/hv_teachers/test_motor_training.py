@@ -70,8 +70,8 @@ def test_a_folder_of_another_training_is_refused(tmp_path, config):
     for other in (fine_tuning(config), replace(config, prior=MotorPriorConfig(hidden=(8,)))):
         with pytest.raises(ValueError, match=r"resume\.pt: is of another training"):
             train_motor(other, tmp_path)
+    small = replace(config, prior=MotorPriorConfig(hidden=(8,)), init=str(tmp_path / "resume.pt"))
     with pytest.raises(ValueError, match=r"resume\.pt: is of another training"):
-        small = replace(config, prior=MotorPriorConfig(hidden=(8,)), init=str(tmp_path / "resume.pt"))
         train_motor(small, tmp_path / "other")
 
 
