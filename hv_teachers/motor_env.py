@@ -108,17 +108,6 @@ class MotorEnv:
         self._reset(np.arange(n))
         self._look()
 
-    # what the learner sees
-
-    @property
-    def features(self) -> Tensor:
-        """(N, FEATURE_DIM) what the residual network sees."""
-        return self.motor_step.features
-
-    def critic_features(self) -> Tensor:
-        """(N, FEATURE_DIM + len(CRITIC_EXTRA)): with the load, its goal and the planner's phase."""
-        return torch.cat([self.motor_step.features, self._critic_extra], -1)
-
     def step(self, residual: Tensor) -> tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]:
         """One control step. (N, 28) -> rewards (N,), failures (N,) bool, time-outs (N,) bool, terms {name: (N,)}."""
         previous = self.motor_step
@@ -273,7 +262,8 @@ class MotorEnv:
             "present": self.has_load,
         }
         time = self.episode_step / self.max_steps
-        self._critic_extra = critic_sight(self._state, heading, self.motor_step, load, time)
+        self.features = self.motor_step.features
+        self.critic_extra = critic_sight(self._state, heading, self.motor_step, load, time)
 
     def _failed(self, step: MotorStep, object_target: Tensor) -> Tensor:
         state = self._state

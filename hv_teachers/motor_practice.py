@@ -24,8 +24,9 @@ class Practice(Protocol):
     def features(self) -> Tensor:
         """(N, FEATURE_DIM) what the residual network sees."""
 
-    def critic_features(self) -> Tensor:
-        """(N, FEATURE_DIM + E) what the critic sees."""
+    @property
+    def critic_extra(self) -> Tensor:
+        """(N, E) what the critic sees besides (`hv_teachers.motor_critic`)."""
 
     def step(self, residual: Tensor) -> tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]:
         """One control step. (N, 28) -> rewards (N,), failures (N,) bool, time-outs (N,) bool, terms {name: (N,)}."""
@@ -50,9 +51,10 @@ class Practices:
         """See `Practice`."""
         return torch.cat([part.features for part in self.parts])
 
-    def critic_features(self) -> Tensor:
+    @property
+    def critic_extra(self) -> Tensor:
         """See `Practice`."""
-        return torch.cat([part.critic_features() for part in self.parts])
+        return torch.cat([part.critic_extra for part in self.parts])
 
     def step(self, residual: Tensor) -> tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]:
         """See `Practice`; a term that a part does not have is 0 there."""

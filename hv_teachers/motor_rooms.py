@@ -61,15 +61,6 @@ class MotorRooms:
         self._look()
 
     @property
-    def features(self) -> Tensor:
-        """(N, FEATURE_DIM) what the residual network sees."""
-        return self.motor_step.features
-
-    def critic_features(self) -> Tensor:
-        """(N, FEATURE_DIM + len(CRITIC_EXTRA))."""
-        return torch.cat([self.motor_step.features, self._critic_extra], -1)
-
-    @property
     def phase(self) -> Tensor:
         """(N,) of the teachers' memory."""
         return self.env.senses.memory.phase
@@ -123,4 +114,5 @@ class MotorRooms:
             "present": self.has_load,
         }
         time = world.episode_step / env.max_steps
-        self._critic_extra = critic_sight(world.state, world.heading, self.motor_step, load, time)
+        self.features = self.motor_step.features
+        self.critic_extra = critic_sight(world.state, world.heading, self.motor_step, load, time)

@@ -243,10 +243,7 @@ def _practice(prior: MotorPrior, config: MotorTrainingConfig, iteration: int) ->
 
 
 def _observations(env: Practice) -> TensorDict:
-    features = env.features
-    return TensorDict(
-        {"features": features, "load": env.critic_features()[:, features.shape[1] :]}, batch_size=[env.num_envs]
-    )
+    return TensorDict({"features": env.features, "load": env.critic_extra}, batch_size=[env.num_envs])
 
 
 def _rollout(ppo: PPO, env: Practice, config: MotorTrainingConfig) -> dict[str, float]:

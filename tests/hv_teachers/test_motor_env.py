@@ -22,7 +22,7 @@ def test_features_have_their_sizes_and_stay_finite():
         assert torch.isfinite(env.features).all()
         assert torch.isfinite(reward).all()
     assert env.features.shape == (6, FEATURE_DIM)
-    assert env.critic_features().shape == (6, FEATURE_DIM + len(CRITIC_EXTRA))
+    assert env.critic_extra.shape == (6, len(CRITIC_EXTRA))
     assert not (failed & timed_out).any()
     assert set(terms) >= {"velocity", "hands", "load", "placed"}
 

@@ -40,7 +40,7 @@ def test_with_its_own_residual_the_prior_does_what_it_does_under_the_teachers(ro
 
 def test_what_is_seen_and_paid(rooms):
     assert rooms.features.shape == (2, FEATURE_DIM)
-    assert rooms.critic_features().shape == (2, FEATURE_DIM + len(CRITIC_EXTRA))
+    assert rooms.critic_extra.shape == (2, len(CRITIC_EXTRA))
     reward, failed, timed_out, terms = rooms.step(torch.zeros(2, 28))
     assert not failed.any()
     assert not timed_out.any()
