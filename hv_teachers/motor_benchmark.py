@@ -9,18 +9,25 @@ import torch
 from torch import Tensor
 from tqdm import tqdm
 
+from hv_policy.batch_invariant import atan2
 from hv_policy.motor import embodiment as body
-from hv_policy.motor.intent import HEIGHT, PITCH, VELOCITY, neutral_intent
+from hv_policy.motor.intent import HEIGHT, PITCH, VELOCITY, neutral_intent, split_hands
 from hv_policy.motor.prior import MotorPrior
 from hv_sim.metrics import is_fallen
 from hv_sim.observations import Heading
 from hv_teachers.motor_env import MotorEnv, MotorEnvConfig
+from hv_teachers.motor_scenes import LoadRange
 from hv_teachers.planner import PlannerConfig
 
-INTENT_S, CARRY_S, PUSH_S = 20.0, 45.0, 8.0
+INTENT_S, CARRY_S, PUSH_S = 20.0, 60.0, 8.0
 PUSH_N_S = 30.0
 CARRY_RADIUS_M = 0.2
 STANDING_AFTER_S = 3.0
+STRIDE_STEPS = 26
+SETTLED_STEPS = 45
+"""How long an intent has been in force before the hands are measured."""
+LOADS = LoadRange(walk_m=(2.0, 2.5))
+"""At least 2 m between the stands."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +55,7 @@ def run_motor_benchmark(prior: MotorPrior, config: MotorBenchmark) -> dict[str, 
         for i, size in enumerate(sizes):
             base = MotorEnvConfig(
                 num_envs=size, randomize=False, push_n_s=0.0, auto_reset=False, physics_hz=config.physics_hz,
-                bent_share=0.0, start_shares=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0), planner=config.planner,
+                bent_share=0.0, start_shares=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0), planner=config.planner, load=LOADS,
             )  # fmt: skip
             seed = config.seed * 1000 + i
             totals.append(
@@ -81,33 +88,40 @@ def _advance(env: MotorEnv) -> None:
 
 
 def _intents(env: MotorEnv, bar: tqdm) -> dict[str, Tensor]:
+    """Velocity and turning are compared with the rate-limited command, averaged over a stride so that sway does not
+    count; hands with the intent itself. A robot is measured until it falls."""
     fallen = torch.zeros(env.num_envs, dtype=torch.bool)
     velocity, yaw, standing, walking = [], [], [], []
     window: list[tuple[Tensor, Tensor]] = []
+    before, since = env.command.clone(), torch.zeros(env.num_envs)
+    last_yaw = _yaw(Heading.of(env.physics.state()))
     for step in range(int(INTENT_S * 30)):
         command = env.intent.clone()
+        since = torch.where((command != before).any(-1), 0.0, since + 1.0)
+        before = command
         _advance(env)
         bar.update()
         state = env.physics.state()
         fallen |= is_fallen(state)
         heading = Heading.of(state)
+        now_yaw = _yaw(heading)
+        turned = torch.remainder(now_yaw - last_yaw + torch.pi, 2 * torch.pi) - torch.pi
+        last_yaw = now_yaw
         memory = env.prior.memory
         assert memory is not None
-        # errors against the rate-limited command, averaged over one stride so that sway does not count
-        measured = torch.cat([heading.rotate(state.link_lin_vel_w[:, 0])[:, :2], state.link_ang_vel_w[:, 0, 2:]], -1)
-        window.append((measured, memory.velocity.clone()))
-        window = window[-26:]
+        planar = heading.rotate(state.link_lin_vel_w[:, 0])[:, :2]
+        window.append((torch.cat([planar, turned[:, None] / body.CONTROL_DT_S], -1), memory.velocity.clone()))
+        window = window[-STRIDE_STEPS:]
         moves = command[:, VELOCITY].abs().amax(-1) > 0.1
-        if step > 30 and len(window) == 26:
+        if step > 30 and len(window) == STRIDE_STEPS:
             error = torch.stack([m for m, _ in window]).mean(0) - torch.stack([c for _, c in window]).mean(0)
-            chosen = moves & ~fallen
-            velocity.append(error[chosen, :2].norm(dim=-1))
-            yaw.append(error[chosen, 2])
-        hands = heading.rotate(
-            state.link_pos_w[:, body.HANDS] - heading.origin_w[:, None] * torch.tensor([1.0, 1.0, 0.0])
-        )
-        hand_error = (hands - memory.hands).norm(dim=-1).mean(-1)
-        settled = env.command_left < 60
+            walks = command[:, VELOCITY][:, :2].abs().amax(-1) > 0.1
+            velocity.append(error[walks & ~fallen, :2].norm(dim=-1))
+            yaw.append(error[moves & ~fallen, 2])
+        origin = heading.origin_w[:, None] * torch.tensor([1.0, 1.0, 0.0])
+        hands = heading.rotate(state.link_pos_w[:, body.HANDS] - origin)
+        hand_error = (hands - split_hands(command)).norm(dim=-1).mean(-1)
+        settled = since >= SETTLED_STEPS
         standing.append(hand_error[settled & ~moves & ~fallen])
         walking.append(hand_error[settled & moves & ~fallen])
     return {
@@ -117,6 +131,10 @@ def _intents(env: MotorEnv, bar: tqdm) -> dict[str, Tensor]:
         "hand_standing": torch.cat(standing),
         "hand_walking": torch.cat(walking),
     }
+
+
+def _yaw(heading: Heading) -> Tensor:
+    return atan2(heading.sin, heading.cos)
 
 
 def _carry(env: MotorEnv, bar: tqdm) -> dict[str, Tensor]:

@@ -15,6 +15,7 @@ from torch import Tensor
 from hv_policy.batch_invariant import atan2
 from hv_policy.decision.view import Phase, TaskView
 from hv_policy.motor import embodiment as body
+from hv_policy.motor.gait import PELVIS_PITCH_SHARE
 from hv_policy.motor.intent import GAZE, HEIGHT, LEFT_HAND, PITCH, RIGHT_HAND, SQUEEZE, neutral_intent
 from hv_policy.motor.kinematics import rotate_xy
 from hv_policy.motor.prior import MotorPrior, MotorStep
@@ -64,13 +65,15 @@ class MotorEnvConfig:
     planner: PlannerConfig = field(default_factory=PlannerConfig)
     reward: RewardConfig = field(default_factory=RewardConfig)
     randomize: bool = True
+    late_share: float = 0.2
+    """How many robots' servos hear of their targets one control step later."""
     physics_hz: int = 120
     num_threads: int = 0
 
 
 class MotorEnv:
-    """`step(residual)` -> features, rewards, ends. The base controller of `prior` stands between residual and
-    physics."""
+    """`step(residual)` -> rewards, failures, time-outs, terms; `features` is what is seen then. The base controller of
+    `prior` stands between residual and physics."""
 
     def __init__(self, prior: MotorPrior, config: MotorEnvConfig, seed: int) -> None:
         self.config, self.prior = config, prior
@@ -102,6 +105,10 @@ class MotorEnv:
         self.command_left = torch.zeros(n, dtype=torch.long)
         self.waypoint_index = torch.zeros(n, dtype=torch.long)
         self.push_in = torch.zeros(n, dtype=torch.long)
+        # spread over those with and without a load
+        late = config.late_share if config.randomize else 0.0
+        self._late = ((torch.arange(n) * 0.618034) % 1.0 < late)[:, None]
+        self._last_targets = torch.zeros(n, 28)
         self._shove, self._shove_left = np.zeros((n, 3)), np.zeros(n, dtype=np.int64)
         self.idle_steps = torch.zeros(n, dtype=torch.long)
         self.dropped = torch.zeros(n, dtype=torch.bool)
@@ -113,7 +120,9 @@ class MotorEnv:
         previous = self.motor_step
         targets = self.prior.apply_residual(previous, residual)
         self._push()
-        self.physics.step(targets)
+        heard = torch.where(self._late & (self.episode_step > 0)[:, None], self._last_targets, targets)
+        self._last_targets = targets
+        self.physics.step(heard)
         self.episode_step += 1
         self._state = self._observe()
         heading = Heading.of(self._state)
@@ -433,14 +442,14 @@ def _behind(stand: Tensor) -> Tensor:
 def draw_intents(rng: np.random.Generator, n: int) -> Tensor:
     """(n, 14) random intents: walking any way, turning, standing, bending and reaching; hands anywhere within reach."""
     intent = neutral_intent(n).numpy()
-    mode = rng.choice(6, n, p=[0.15, 0.25, 0.2, 0.12, 0.13, 0.15])
+    mode = rng.choice(6, n, p=[0.12, 0.2, 0.25, 0.1, 0.13, 0.2])
     u = rng.uniform(-1, 1, (n, 8))
     walk = mode == 1
     intent[walk, 0] = np.interp(u[walk, 0], [-1, 1], [-0.5, 1.2])
     mixed = mode == 2
-    intent[mixed, 0] = np.interp(u[mixed, 0], [-1, 1], [-0.4, 1.0])
-    intent[mixed, 1] = 0.3 * u[mixed, 1]
-    intent[mixed, 2] = 1.2 * u[mixed, 2]
+    intent[mixed, 0] = np.interp(u[mixed, 0], [-1, 1], [-0.5, 1.2])
+    intent[mixed, 1] = 0.4 * u[mixed, 1]
+    intent[mixed, 2] = 1.5 * u[mixed, 2]
     side = mode == 3
     intent[side, 1] = 0.4 * u[side, 1]
     turn = mode == 4
@@ -455,11 +464,12 @@ def draw_intents(rng: np.random.Generator, n: int) -> Tensor:
     intent[bend, 0] = 0.15 * u[bend, 0] * (rng.random(bend.sum()) < 0.3)
     reaching = rng.random(n) < 0.6
     # hands in a shell around the shoulders, which move forward and down with the pitch
-    shoulder_x = 0.236 * np.sin(0.35 * intent[:, PITCH]) + 0.2435 * np.sin(intent[:, PITCH])
-    shoulder_z = intent[:, HEIGHT] + 0.236 * np.cos(0.35 * intent[:, PITCH]) + 0.2435 * np.cos(intent[:, PITCH])
+    pelvis = PELVIS_PITCH_SHARE * intent[:, PITCH]
+    shoulder_x = 0.236 * np.sin(pelvis) + 0.2435 * np.sin(intent[:, PITCH])
+    shoulder_z = intent[:, HEIGHT] + 0.236 * np.cos(pelvis) + 0.2435 * np.cos(intent[:, PITCH])
     for hand, sign in ((LEFT_HAND, 1.0), (RIGHT_HAND, -1.0)):
         radius = rng.uniform(0.28, 0.48, n)
-        elevation = rng.uniform(-1.5, 0.2, n)
+        elevation = rng.uniform(-1.5, 0.5, n)
         azimuth = rng.uniform(-0.5, 0.7, n)
         point = np.stack(
             [

@@ -28,6 +28,8 @@ EDGE_STAND_M = 0.22
 GRASP_BELOW_TOP_M = 0.045
 """Hands roll some centimetres on what they hold as the forearms turn: a box hangs upright only if gripped well above
 its centre."""
+MOST_DRAWS = 1000
+FEET, HANDS = ("right_foot", "left_foot"), ("right_hand", "left_hand")
 BEHIND_M = 0.5
 PASSING_M = 0.55
 """Clearance of a robot's middle that carries a box past a table."""
@@ -40,10 +42,10 @@ class LoadRange:
     """Boxes, supports and ways that are drawn; m, kg, rad."""
 
     width_m: tuple[float, float] = (0.15, 0.5)
-    depth_m: tuple[float, float] = (0.15, 0.4)
-    height_m: tuple[float, float] = (0.15, 0.45)
+    depth_m: tuple[float, float] = (0.15, 0.5)
+    height_m: tuple[float, float] = (0.15, 0.5)
     mass_kg: tuple[float, float] = (0.5, 8.0)
-    support_m: tuple[float, float] = (0.3, 0.9)
+    support_m: tuple[float, float] = (0.05, 0.9)
     floor_share: float = 0.4
     walk_m: tuple[float, float] = (0.8, 2.5)
     turn_rad: float = 2.1
@@ -66,7 +68,11 @@ class CarryTask:
 
 
 def draw_carry_task(rng: np.random.Generator, load: LoadRange) -> CarryTask:
-    """Draws a box, two supports and the way between them."""
+    """Draws a box, two supports and the way between them.
+
+    Raises:
+        ValueError: no way within the range is free of the supports.
+    """
     width, depth, height = (rng.uniform(*r) for r in (load.width_m, load.depth_m, load.height_m))
     # a small box is a light one
     heaviest = min(load.mass_kg[1], 900.0 * width * depth * height + 1.0)
@@ -79,7 +85,7 @@ def draw_carry_task(rng: np.random.Generator, load: LoadRange) -> CarryTask:
         for s, e in zip(supports, edges, strict=True)
     ]
     pick = np.array([-stands[0], 0.0, 0.0])
-    while True:
+    for _ in range(MOST_DRAWS):
         bearing = rng.uniform(0.35 * np.pi, 1.65 * np.pi)
         far = rng.uniform(*load.walk_m)
         place = np.array([pick[0] + far * np.cos(bearing), far * np.sin(bearing), rng.uniform(-1, 1) * load.turn_rad])
@@ -92,6 +98,8 @@ def draw_carry_task(rng: np.random.Generator, load: LoadRange) -> CarryTask:
         clear = table_clearance_m(way, tables) > PASSING_M and table_clearance_m(back, tables) > RETREAT_CLEARANCE_M
         if np.linalg.norm(goal) > 1.0 and np.linalg.norm(goal - pick[:2]) > 0.9 and clear:
             break
+    else:
+        raise ValueError(f"walk_m: {load.walk_m} is not valid; valid: a way that leads around the supports")
     return CarryTask(
         half_extents_m=np.array([depth, width, height]) / 2,
         mass_kg=float(mass),
@@ -139,10 +147,15 @@ def compile_ground(
     friction: tuple[float, float] = (0.8, 1.3),
     physics_hz: int = 120,
 ) -> mujoco.MjModel:
-    """A floor, and for a task its box and supports. With `randomize`, friction, masses and servo gains vary (10 %)."""
+    """A floor, and for a task its box and supports. With `randomize`, masses and servo gains vary by 10 %, and so does
+    friction, the hands' apart from that of everything else (soles, floor, supports, box), within `friction`."""
     spec = mujoco.MjSpec()
     add_humanoid(spec)
     grip = rng.uniform(*friction) if randomize else 1.0
+    if randomize:
+        # of two geoms the greater friction counts, and with hands only theirs
+        _rub(spec, FEET, grip)
+        _rub(spec, HANDS, rng.uniform(*friction))
     floor = spec.worldbody.add_geom(
         name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[30, 30, 1], rgba=[0.6, 0.6, 0.6, 1]
     )
@@ -162,10 +175,16 @@ def compile_ground(
     return spec.compile()
 
 
+def _rub(spec: mujoco.MjSpec, bodies: tuple[str, str], sliding: float) -> None:
+    for name in bodies:
+        for geom in spec.body(name).geoms:
+            geom.friction = [sliding, *geom.friction[1:]]
+
+
 def _add_load(spec: mujoco.MjSpec, task: CarryTask, grip: float) -> None:
     places = ((task.start_pos, 0.0), (task.goal_pos, task.place_stand[2]))
     for i, ((pos, yaw), support, further) in enumerate(zip(places, task.support_m, task.table_ahead_m, strict=True)):
-        if support < 0.05:
+        if support <= 0:
             continue
         ahead = np.array([np.cos(yaw), np.sin(yaw)]) * further
         table = spec.worldbody.add_geom(
@@ -174,6 +193,7 @@ def _add_load(spec: mujoco.MjSpec, task: CarryTask, grip: float) -> None:
         table.pos = [pos[0] + ahead[0], pos[1] + ahead[1], support / 2]
         table.quat = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
         table.contype, table.conaffinity, table.rgba = ENVIRONMENT_CONTYPE, ALL_CONAFFINITY, [0.6, 0.45, 0.3, 1]
+        table.friction = [grip, 0.05, 0.005]
     box = spec.worldbody.add_body(name="box", pos=list(task.start_pos))
     box.add_freejoint()
     geom = box.add_geom(name="box", type=mujoco.mjtGeom.mjGEOM_BOX, size=list(task.half_extents_m))

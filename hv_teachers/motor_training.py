@@ -50,6 +50,8 @@ class MotorTrainingConfig:
     gamma: float = 0.98
     lam: float = 0.95
     noise: float = 0.12
+    worlds_every: int = 300
+    """Iterations after which boxes, grounds and rooms are drawn anew."""
     reward_scale: float = 0.05
     """rsl_rl's critic moves by 0.2 an update at most: too little for returns of 50."""
     seed: int = 0
@@ -118,6 +120,15 @@ def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConf
     return ppo
 
 
+def _read_state(path: Path) -> dict[str, Any]:
+    try:
+        state = torch.load(path, weights_only=True)
+        return {key: state[key] for key in ("ppo", "iteration", "samples", "minutes", "learning_rate")}
+    except Exception as error:  # what is read may be anything
+        reason = " ".join(str(error).split())[:100]
+        raise ValueError(f"{path}: cannot be read ({reason}); valid: the resume.pt of a training") from None
+
+
 def _load(ppo: PPO, state: dict[str, Any], path: Path, parts: dict[str, bool] | None) -> None:
     try:
         ppo.load(state, parts, strict=True)
@@ -148,17 +159,19 @@ class MotorTraining:
         self.ppo = build_ppo(_observations(self.env), self.env.num_envs, config)
         self.ppo.train_mode()
         self.samples_per_iteration = self.env.num_envs * config.steps_per_iteration
-        self._iterations = iteration
+        self._iterations = self._worlds_since = iteration
 
     def begin_with(self, path: Path) -> None:
         """The networks of another training (its `resume.pt`), with this one's noise."""
-        _load(self.ppo, torch.load(path, weights_only=True)["ppo"], path, {"actor": True, "critic": True})
+        _load(self.ppo, _read_state(path)["ppo"], path, {"actor": True, "critic": True})
         with torch.no_grad():
             _deviation(self.ppo).fill_(math.log(self.config.noise))
 
     def iterate(self) -> dict[str, float]:
         """One rollout and one update; returns a row of the curve."""
         begun = time.time()
+        if self._iterations > self._worlds_since and self._iterations % self.config.worlds_every == 0:
+            self.env, self._worlds_since = _practice(self.prior, self.config, self._iterations), self._iterations
         if self.config.desired_kl is None:
             learns = self._iterations >= self.config.critic_warmup
             self.ppo.learning_rate = self.ppo.optimizer.param_groups[0]["lr"] = self.config.learning_rate * learns
@@ -190,7 +203,7 @@ def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
     output.mkdir(parents=True, exist_ok=True)
     torch.manual_seed(config.seed)
     resume = output / "resume.pt"
-    saved = torch.load(resume, weights_only=True) if resume.exists() else None
+    saved = _read_state(resume) if resume.exists() else None
     iteration, samples, minutes = (saved["iteration"], saved["samples"], saved["minutes"]) if saved else (0, 0, 0.0)
     training = MotorTraining(config, iteration)
     if saved:
@@ -212,8 +225,8 @@ def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
             bar.update(training.samples_per_iteration)
             bar.set_postfix(reward=f"{row['reward']:.3f}", falls=f"{row['free_failures_per_s']:.3f}", refresh=False)
             if time.time() - last_save > 60 * config.checkpoint_minutes or samples >= config.samples:
+                curve.flush()  # first: rows beyond the state are cut off again, missing ones would stay missing
                 _save(output, training, iteration, samples, (time.time() - started) / 60)
-                curve.flush()
                 plot_curve(output / "curve.csv", output / "curve.png", CURVES)
                 last_save = time.time()
     return output / "motor_prior.safetensors"

@@ -191,8 +191,10 @@ class ScriptedPlanner:
         unset = self._start_height < 0
         self._start_height = torch.where(unset, view.object_pos[:, 2], self._start_height)
         held = unset & (phase > Phase.LIFT) & (phase < Phase.RELEASE)
-        if held.any():  # begun in the middle of a carry
+        if held.any():  # begun in the middle of a carry; below, of taking or letting go
             self._remember(held, view, hands, obj)
+        pressing = unset & ((phase == Phase.SQUEEZE) | (phase == Phase.RELEASE))
+        self._from_hands = torch.where(pressing[:, None, None], hands, self._from_hands)
         _, pick_error = _hold(view, view.pick_stand)
         _, place_error = _hold(view, view.place_stand)
         pick_turn = _wrap(view.pick_stand[:, 2] - view.root_yaw).abs()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from pathlib import Path
 
@@ -14,6 +15,17 @@ BARS = {
 }  # fmt: skip
 
 
+def table(result: dict[str, float]) -> list[str]:
+    """Lines: what was measured beside its bar; what is not a number is short of it."""
+    lines = [f"{'test':<22}{'measured':>10}{'bar':>8}"]
+    for name, value in result.items():
+        bar, higher = BARS.get(name, (None, True))
+        reached = bar is not None and (value >= bar if higher else value <= bar)
+        mark = "" if bar is None else ("  reached" if reached else "  short")
+        lines.append(f"{name:<22}{value:>10.3f}{'' if bar is None else bar:>8}{mark}")
+    return lines
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--episodes", type=int, default=512, help="episodes of each test")
@@ -22,8 +34,8 @@ def main() -> int:
     parser.add_argument("--weights", type=Path, help="a motor prior's safetensors (default: the shipped one)")
     parser.add_argument("--physics-hz", type=int, default=120, choices=[120, 240, 480])
     args = parser.parse_args()
-    if args.episodes < 1:
-        print(f"error: --episodes: {args.episodes} is not valid; valid: an integer >= 1", file=sys.stderr)
+    if args.episodes < 1 or args.seed < 0:
+        print(f"error: --episodes, --seed: {args.episodes}, {args.seed}; valid: at least 1, 0", file=sys.stderr)
         return 2
     import torch
 
@@ -36,16 +48,16 @@ def main() -> int:
     except (OSError, ValueError) as error:
         print(f"error: --weights: {error}", file=sys.stderr)
         return 2
+    try:
+        args.output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        print(f"error: --output: {args.output} cannot be a folder ({error.strerror})", file=sys.stderr)
+        return 2
     result = run_motor_benchmark(prior, MotorBenchmark(args.episodes, args.seed, args.physics_hz))
-    args.output.mkdir(parents=True, exist_ok=True)
     temporary = args.output / "motor.json.tmp"
-    temporary.write_text(json.dumps(result, indent=2) + "\n")
+    temporary.write_text(json.dumps({k: v if math.isfinite(v) else None for k, v in result.items()}, indent=2) + "\n")
     temporary.replace(args.output / "motor.json")
-    print(f"{'test':<22}{'measured':>10}{'bar':>8}")
-    for name, value in result.items():
-        bar, higher = BARS.get(name, (None, True))
-        mark = "" if bar is None else ("  reached" if (value >= bar) == higher else "  short")
-        print(f"{name:<22}{value:>10.3f}{'' if bar is None else bar:>8}{mark}")
+    print(*table(result), sep="\n")
     print(f"written: {args.output / 'motor.json'}")
     return 0
 

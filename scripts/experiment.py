@@ -5,7 +5,8 @@
     hv-experiment wo_stage2 --suites seen --repeats 1
 
 Finished parts are reused and interrupted ones gone on with, unless the policy has changed since: trainings in
-runs/experiments/NAME, episodes in outputs/experiments/NAME/SUITE. The figures go to results/NAME-SUITE.json, of which RESULTS.md is made.
+runs/experiments/NAME, episodes in outputs/experiments/NAME/SUITE.
+The figures go to results/NAME-SUITE.json, of which RESULTS.md is made.
 """
 
 from __future__ import annotations

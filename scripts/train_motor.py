@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 
@@ -14,8 +16,13 @@ def main() -> int:
     parser.add_argument("--num-envs", type=int, default=1024)
     parser.add_argument("--init", default="", help="another training's resume.pt, to go on from in small steps")
     parser.add_argument("--rooms", type=int, default=0, help="more environments: rooms in which the teachers work")
+    parser.add_argument("--learning-rate", type=float, default=3e-5, help="of the actor, with --init")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
+    if not (math.isfinite(args.samples) and args.seed >= 0 and 0 < args.learning_rate < 1):
+        given = f"{args.samples:g}, {args.seed}, {args.learning_rate:g}"
+        print(f"error: --samples, --seed, --learning-rate: {given}; valid: finite, 0 or more, 0 to 1", file=sys.stderr)
+        return 2
     if args.rooms < 0:
         print(f"error: --rooms: {args.rooms}; valid: 0 or more", file=sys.stderr)
         return 2
@@ -33,7 +40,7 @@ def main() -> int:
         if not Path(args.init).is_file():
             print(f"error: --init: {args.init} is not a file; valid: the resume.pt of a training", file=sys.stderr)
             return 2
-        config = fine_tuning(config)
+        config = replace(fine_tuning(config), learning_rate=args.learning_rate)
     try:
         weights = train_motor(config, args.output)
     except ValueError as error:

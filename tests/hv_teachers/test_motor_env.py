@@ -5,7 +5,10 @@ import pytest
 import torch
 
 from hv_policy.decision.view import Phase
+from hv_policy.motor import embodiment as body
+from hv_policy.motor.intent import split_hands
 from hv_policy.motor.prior import FEATURE_DIM, MotorPrior
+from hv_sim.observations import Heading
 from hv_teachers.motor_critic import CRITIC_EXTRA
 from hv_teachers.motor_env import START_PHASES, MotorEnv, MotorEnvConfig, draw_intents
 from hv_teachers.motor_scenes import LoadRange, draw_carry_task
@@ -73,6 +76,38 @@ def test_an_episode_may_begin_bent_over_the_box_that_was_just_put_down():
     assert (env.phase >= Phase.RETREAT).all()
     assert (state.link_pos_w[:, 0, 2] > 0.35).float().mean() > 0.8
     assert (env.object_goal_distance() < 0.1).float().mean() > 0.6
+
+
+@pytest.mark.parametrize("phase", [Phase.SQUEEZE, Phase.CARRY, Phase.ALIGN_PLACE, Phase.RELEASE])
+def test_wherever_an_episode_begins_hands_are_sent_to_where_they_nearly_are(phase):
+    shares = tuple(float(p == phase) for p in START_PHASES)
+    env = make(6, load_share=1.0, start_shares=shares, push_n_s=0.0)
+    for _ in range(2):  # the second time after other episodes
+        heading = Heading.of(env.physics.state())
+        origin = heading.origin_w[:, None] * torch.tensor([1.0, 1.0, 0.0])
+        hands = heading.rotate(env.physics.state().link_pos_w[:, body.HANDS] - origin)
+        assert ((split_hands(env.intent) - hands).norm(dim=-1) < 0.25).all()
+        env._reset(np.arange(6))
+        env._look()
+
+
+def test_servos_of_some_robots_hear_a_step_later():
+    env = make(7, num=8, late_share=0.5, push_n_s=0.0)
+    heard = []
+    physics_step = env.physics.step
+    env.physics.step = lambda targets: (heard.append(targets.clone()), physics_step(targets))
+    told = []
+    apply = env.prior.apply_residual
+    env.prior.apply_residual = lambda *a: (told.append(apply(*a)), told[-1])[1]
+    for _ in range(3):
+        env.step(torch.randn(8, 28))
+    late = env._late[:, 0]
+    assert 2 <= late.sum() <= 6
+    assert torch.equal(heard[0], told[0]), "there was nothing before the first"
+    for now, at_once, before in zip(heard[1:], told[1:], told, strict=False):
+        assert torch.equal(now[~late], at_once[~late])
+        assert torch.equal(now[late], before[late])
+    assert not make(7, num=8, late_share=0.5, randomize=False)._late.any()
 
 
 def test_draws_keep_to_their_ranges():

@@ -61,6 +61,11 @@ def test_the_way_between_the_stands_is_free(tasks):
         assert table_clearance_m(back[None], tables_of(task)) > RETREAT_CLEARANCE_M
 
 
+def test_a_range_without_a_way_is_refused():
+    with pytest.raises(ValueError, match="walk_m"):
+        draw_carry_task(np.random.default_rng(0), LoadRange(floor_share=0.0, walk_m=(0.1, 0.2)))
+
+
 def test_the_box_rests_at_its_start_and_at_its_goal(tasks):
     for task in tasks[:8]:
         model = compile_ground(np.random.default_rng(1), task, randomize=False)
@@ -82,5 +87,45 @@ def test_randomised_grounds_differ_by_a_tenth():
     gains = np.array([compile_ground(rng, None).actuator_gainprm[:, 0] / KP for _ in range(10)])
     assert 0.9 <= gains.min() < 0.95
     assert 1.05 < gains.max() <= 1.1
+    models = [compile_ground(rng, None) for _ in range(10)]
+    heavy = np.array([m.body_mass[1:] / plain.body_mass[1:] for m in models])
+    assert 0.9 <= heavy.min() < 0.95
+    assert 1.05 < heavy.max() <= 1.1
     with pytest.raises(ValueError, match="physics_hz"):
         compile_ground(rng, None, physics_hz=100)
+
+
+def test_what_touches_rubs_as_it_was_drawn(tasks):
+    """By MuJoCo's own contacts: soles on the floor, hands on the box, the box on its support."""
+    task = next(t for t in tasks if t.support_m[0] > 0.3)
+    rubs = {"sole": [], "hand": [], "box": []}
+    for seed in range(6):
+        model = compile_ground(np.random.default_rng(seed), task, friction=(0.5, 0.9))
+        data = mujoco.MjData(model)
+        data.qpos[:3] = [-2.0, 0.0, 0.9]
+        data.qpos[35:] = [*task.start_pos, 1, 0, 0, 0]
+        data.qpos[37] -= 0.005
+        mujoco.mj_forward(model, data)
+        # stand on the floor, and bring the box into a hand
+        low = min(float(data.geom(f"{side}_foot").xpos[2]) for side in ("left", "right"))
+        data.qpos[2] -= low - 0.02
+        mujoco.mj_forward(model, data)
+        found = _frictions(model, data)
+        rubs["sole"] += found["left_foot", "floor"]
+        rubs["box"] += found["box", "support_0"]
+        data.qpos[35:38] = data.geom("left_hand").xpos + np.array([0, 0, task.half_extents_m[2] + 0.03])
+        mujoco.mj_forward(model, data)
+        rubs["hand"] += _frictions(model, data)["box", "left_hand"]
+    for name, values in rubs.items():
+        assert len(values) >= 6, name
+        assert 0.5 <= min(values) < 0.7 < max(values) <= 0.9, name
+    assert rubs["hand"][0] != rubs["sole"][0]
+
+
+def _frictions(model, data):
+    found = {}
+    for contact in data.contact:
+        pair = tuple(sorted(model.geom(g).name for g in contact.geom))
+        for key in (pair, pair[::-1]):
+            found.setdefault(key, []).append(float(contact.friction[0]))
+    return found

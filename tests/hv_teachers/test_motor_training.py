@@ -10,6 +10,7 @@ from hv_policy.motor.prior import MotorPrior, MotorPriorConfig, load_motor_prior
 from hv_teachers.curves import plot_curve
 from hv_teachers.motor_env import MotorEnv, MotorEnvConfig
 from hv_teachers.motor_training import (
+    MotorTraining,
     MotorTrainingConfig,
     _observations,
     build_ppo,
@@ -38,6 +39,15 @@ def test_training_goes_on_where_it_was(tmp_path, config):
     weights = train_motor(config, tmp_path)
     assert [int(r["samples"]) for r in rows(tmp_path)] == [48, 96]
     first = load_motor_prior(weights).residual.layers[0].weight.clone()
+    state = torch.load(tmp_path / "resume.pt", weights_only=True)
+    train_motor(config, tmp_path)  # nothing is left to do: what was loaded is what had been saved
+    again = torch.load(tmp_path / "resume.pt", weights_only=True)
+    assert again["iteration"] == state["iteration"] == 2
+    for part in ("actor_state_dict", "critic_state_dict"):
+        for name, value in state["ppo"][part].items():
+            assert torch.equal(value, again["ppo"][part][name]), name
+    with (tmp_path / "curve.csv").open("a") as file:  # killed after a row and before its state
+        file.write((tmp_path / "curve.csv").read_text().splitlines()[-1].replace(",96,", ",144,") + "\n")
     train_motor(replace(config, samples=192), tmp_path)
     assert [int(r["samples"]) for r in rows(tmp_path)] == [48, 96, 144, 192]
     assert not torch.equal(first, load_motor_prior(weights).residual.layers[0].weight)
@@ -63,6 +73,23 @@ def test_fine_tuning_begins_with_what_there_was_and_the_critic_learns_first(tmp_
     assert not same(before, states[1], "critic")
     assert not same(states[1], states[2], "actor")
     assert [float(r["noise"]) for r in rows(tmp_path / "after")] == [small.noise] * 2
+
+
+def test_worlds_are_drawn_anew(config):
+    training = MotorTraining(replace(config, worlds_every=2), 2)
+    boxes = []
+    for _ in range(4):
+        training.iterate()
+        boxes.append(training.env.mass.tolist())
+    assert boxes[0] == boxes[1], "iterations 2 and 3"
+    assert boxes[2] == boxes[3] != boxes[1], "iterations 4 and 5"
+    assert MotorTraining(replace(config, worlds_every=2), 4).env.mass.tolist() == boxes[2]
+
+
+def test_what_cannot_be_read_is_refused(tmp_path, config):
+    (tmp_path / "junk").write_bytes(b"junk")
+    with pytest.raises(ValueError, match="junk: cannot be read"):
+        train_motor(replace(config, init=str(tmp_path / "junk")), tmp_path / "out")
 
 
 def test_a_folder_of_another_training_is_refused(tmp_path, config):

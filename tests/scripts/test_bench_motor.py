@@ -7,7 +7,7 @@ import pytest
 from stock_commands import error_lines, run_command
 
 from hv_policy.motor.prior import load_shipped_motor_prior
-from hv_scripts.bench_motor import BARS
+from hv_scripts.bench_motor import BARS, table
 from hv_teachers.motor_benchmark import MotorBenchmark, run_motor_benchmark
 
 
@@ -22,6 +22,19 @@ def test_bad_arguments_are_refused(tmp_path: Path):
     [line] = error_lines(done.stdout)
     assert "junk.safetensors" in line
     assert not (tmp_path / "out").exists()
+
+
+def test_a_run_that_could_not_be_written_is_not_begun(tmp_path: Path):
+    (tmp_path / "file").write_text("")
+    done = run_command("hv-bench-motor", "--episodes", "4", "--output", tmp_path / "file")
+    assert done.returncode == 2
+    [line] = error_lines(done.stdout)
+    assert "--output" in line
+
+
+def test_what_is_not_a_number_is_short_of_its_bar():
+    lines = table({"intent_survival": 0.97, "velocity_rmse": float("nan"), "hand_error_walking": 0.01, "episodes": 4.0})
+    assert [line.split()[-1] for line in lines[1:]] == ["reached", "short", "reached", "4.000"]
 
 
 @pytest.mark.slow
