@@ -43,7 +43,8 @@ from hv_policy.motor.vectors import (
 
 @dataclass(frozen=True)
 class BalanceConfig:
-    """Stiffness, damping and limits of the virtual wrench (N/m, N s/m, N m/rad, N m s/rad, N, N m)."""
+    """Stiffness, damping and limits of the virtual wrench, in the order of the fields: N/m, N s/m, N m/rad, N m s/rad,
+    a share, N, N m; then the sole (m) and its moment about the vertical (N m), forces in N, masses in kg."""
 
     position_gain: float = 1500.0
     velocity_gain: float = 250.0

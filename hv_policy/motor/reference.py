@@ -42,7 +42,7 @@ class ReferenceState:
     moving: Tensor  # (N,) 1 while stepping
     anchor: Tensor  # (N, 2) reference of the pelvis, relative to the pelvis
     yaw: Tensor  # (N,) reference yaw relative to the heading
-    foot_pos: Tensor  # (N, 2, 2) where the feet stand, or where the swinging one will
+    foot_pos: Tensor  # (N, 2, 2) where the feet stand, and where the swinging one should be now
     foot_yaw: Tensor  # (N, 2)
     swing_start: Tensor  # (N, 3) x, y and yaw of the swinging foot at lift-off
     com: Tensor  # (N, 2) filtered centre of mass relative to the pelvis

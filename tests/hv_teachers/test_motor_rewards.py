@@ -1,7 +1,10 @@
 """Rewards of the motor prior: what is asked for is worth more than anything else."""
 
+import math
+
 import torch
 
+from hv_policy.motor import embodiment as body
 from hv_policy.motor.prior import MotorPrior
 from hv_sim.observations import Heading
 from hv_teachers.motor_env import MotorEnv, MotorEnvConfig
@@ -30,6 +33,15 @@ def test_each_term_falls_with_its_error():
     assert (terms_of(env, link_ang_vel_w=spinning)["yaw_rate"] < plain["yaw_rate"]).all()
     raised = env._state.link_pos_w + torch.tensor([0.0, 0.0, 0.3])
     assert (terms_of(env, link_pos_w=raised)["posture"] < plain["posture"]).all()
+    hands = env._state.link_pos_w.clone()
+    hands[:, body.HANDS] += torch.tensor([0.2, 0.0, 0.0])
+    assert (terms_of(env, link_pos_w=hands)["hands"] < plain["hands"]).all()
+    feet = env._state.link_pos_w.clone()
+    feet[:, body.FEET] += torch.tensor([0.0, 0.0, 0.2])
+    assert (terms_of(env, link_pos_w=feet)["feet"] < plain["feet"]).all()
+    c, s = math.cos(0.5), math.sin(0.5)
+    leant = torch.tensor([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]) @ env._state.link_rot_w
+    assert (terms_of(env, link_rot_w=leant)["orientation"] < plain["orientation"]).all()
     restless = terms_of(env, residual=torch.ones(4, 28))
     assert (restless["residual"] < plain["residual"]).all()
     assert (restless["residual_rate"] < plain["residual_rate"]).all()
