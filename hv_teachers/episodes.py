@@ -41,6 +41,10 @@ class EvaluatedPolicy(Protocol):
     def reset(self, num_envs: int) -> None:
         """Forgets the last episodes; as many begin now."""
 
+    @property
+    def picture_px(self) -> tuple[int, int]:
+        """Height and width of the pictures that it looks at."""
+
     def needs_picture(self, world: RearrangeWorld) -> bool:
         """Whether it will look at the camera's picture when it acts next."""
 
@@ -147,6 +151,8 @@ def film_episode(
 ) -> EpisodeOutcome:
     """Plays one episode in `RearrangeEnv`, as a policy with a camera needs it and as `lerobot-eval` does.
 
+    What a policy draws at random follows from the episode's seed.
+
     Args:
         episode: what is played.
         policy: who acts.
@@ -156,7 +162,15 @@ def film_episode(
         frame_stride: see there.
         physics: one of `hv_sim.physics_backends.BACKENDS`; pictures are OpenGL's all the same.
     """
-    env = RearrangeEnv(episode.task, max_episode_steps=max_episode_steps, instructor=instructor, physics=physics)
+    height, width = policy.picture_px
+    env = RearrangeEnv(
+        episode.task, max_episode_steps=max_episode_steps, instructor=instructor, physics=physics,
+        observation_height=height, observation_width=width,
+    )  # fmt: skip
+    if policy.sees:
+        from lerobot.utils.random_utils import set_seed
+
+        set_seed(episode.seed)
     try:
         env.wants_picture = policy.needs_picture
         observation = env.reset(seed=episode.seed)[0] if policy.sees else None

@@ -14,6 +14,7 @@ from torch import Tensor
 
 from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR
 from hv_policy.network_file import SHIPPED_STUDENT
+from hv_sim.humanoid import NUM_JOINTS
 from hv_sim.world import RearrangeWorld
 from hv_teachers.episodes import EvaluatedPolicy, files_fingerprint
 from hv_teachers.expert import PlannerExpert
@@ -58,8 +59,11 @@ def _load(name: str) -> EvaluatedPolicy:
     )
 
 
+_DEFAULT_PX = (128, 128)
+
+
 class _Planner:
-    sees = False
+    sees, picture_px = False, _DEFAULT_PX
 
     def __init__(self) -> None:
         self.expert = PlannerExpert(1)
@@ -80,7 +84,7 @@ class _Planner:
 
 
 class _Teacher:
-    sees = False
+    sees, picture_px = False, _DEFAULT_PX
 
     def __init__(self, teacher: Teacher, folder: Path) -> None:
         self.teacher, self.folder = teacher, folder
@@ -108,9 +112,9 @@ class _LeRobotPolicy:
         from lerobot.configs.policies import PreTrainedConfig
         from lerobot.policies import make_pre_post_processors
         from lerobot.policies.factory import get_policy_class
+        from lerobot.utils.import_utils import register_third_party_plugins
 
-        import lerobot_policy_hv  # noqa: F401  (makes --policy.type=hv known)
-
+        register_third_party_plugins()  # makes --policy.type=hv known, and other people's
         self.folder, self.impairments = folder, NOTHING_TAKEN
         try:
             config = PreTrainedConfig.from_pretrained(folder)
@@ -127,6 +131,14 @@ class _LeRobotPolicy:
         except (OSError, KeyError, TypeError, RuntimeError) as error:
             reason = " ".join(str(error).split())[:200]
             raise ValueError(f"policy: {folder} cannot be read as a LeRobot policy ({reason})") from error
+        action = config.action_feature
+        if action is not None and tuple(action.shape) != (NUM_JOINTS,):
+            raise ValueError(f"policy: {folder} says {tuple(action.shape)} numbers; valid: {NUM_JOINTS} joint targets")
+
+    @property
+    def picture_px(self) -> tuple[int, int]:
+        shapes = [feature.shape for feature in self.policy.config.image_features.values()]
+        return (shapes[0][-2], shapes[0][-1]) if shapes else _DEFAULT_PX
 
     def reset(self, num_envs: int) -> None:
         self.policy.reset()

@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import json
 import math
-import platform
 import time
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +24,22 @@ from hv_sim.metrics import SUCCESS_THRESHOLDS_M, summarize
 from hv_sim.physics_backends import check_backend
 from hv_sim.task import Task
 from hv_teachers.engines import Slice, check_engine, num_processes, run_jobs
-from hv_teachers.episodes import FAILURES, Episode, EpisodeOutcome, film_episode, run_episodes, tasks_fingerprint
+from hv_teachers.episodes import (
+    FAILURES,
+    Episode,
+    EpisodeOutcome,
+    EvaluatedPolicy,
+    film_episode,
+    run_episodes,
+    tasks_fingerprint,
+)
 from hv_teachers.evaluated_policies import load_evaluated_policy
 from hv_teachers.impairments import NOTHING_TAKEN, Impairments
+from hv_teachers.provenance import code_hash, physics, versions
 from hv_teachers.whole_files import write_whole
 
 EPISODES_FILE, METRICS_FILE, PLAN_FILE = "episodes.jsonl", "metrics.json", "evaluation.json"
-PHYSICS_HZ = 120
+TIMING_FILE = "timing.json"
 BATCH = 32
 """Episodes that a process plays side by side: more is hardly faster, and an interruption loses more."""
 
@@ -83,7 +90,7 @@ def evaluate(
     Args:
         config: see there.
         tasks: their names must differ.
-        output: folder; one that holds a part of the same evaluation is gone on with.
+        output: folder; one that holds a part of the same evaluation is gone on with, and so is one with fewer repeats.
         workers: processes, 0 for one per core.
         engine: see `hv_teachers.engines`.
         only: play this slice of the episodes, write them down and return nothing ({}). The same call without it, when
@@ -94,15 +101,17 @@ def evaluate(
 
     Raises:
         EvaluationError: the folder holds another evaluation, or two different outcomes of one episode.
-        ValueError: the policy cannot be loaded, or there is no such engine here.
+        ValueError: the policy cannot be loaded, there is no such engine here, two tasks have one name, or none has the
+            name of a film.
     """
     check_engine(engine)
     output = Path(output)
     policy = load_evaluated_policy(config.policy, config.impairments)
-    plan = {
-        **_plan(config), "tasks": tasks_fingerprint(list(tasks)), "n_tasks": len(tasks),
-        "policy_hash": policy.fingerprint(),
-    }  # fmt: skip
+    plan = plan_of(config, tasks, policy)
+    filmed = set(videos)
+    unknown = sorted(filmed - {task.name for task in tasks})
+    if unknown:
+        raise ValueError(f"videos: {unknown[0]!r} is not among the tasks; valid: {tasks[0].name}, ...")
     file = output / EPISODES_FILE if only is None else output / f"episodes.{only.index}-of-{only.of}.jsonl"
     found = {(o.record.task, o.repeat): o for o in _begin(output, plan)}
     wanted = [(task, repeat) for repeat in range(config.repeats) for task in tasks]
@@ -110,13 +119,14 @@ def evaluate(
         wanted = [episode for number, episode in enumerate(wanted) if number in only]
     done = {key: found[key] for task, repeat in wanted if (key := (task.name, repeat)) in found}
     # written anew: without what was damaged or cut short in the middle of a line
-    write_whole(file, "".join(o.to_json() + "\n" for o in done.values()))
+    kept = found if only is None else done
+    write_whole(file, "".join(o.to_json() + "\n" for o in kept.values()))
     missing = [
         Episode(task, repeat, episode_seed(config.seed, task.name, repeat))
         for task, repeat in wanted
         if (task.name, repeat) not in done
     ]
-    jobs = _jobs(missing, config, num_processes(workers), 1 if policy.sees else BATCH, set(videos), output)
+    jobs = _jobs(missing, config, num_processes(workers), 1 if policy.sees else BATCH, filmed, output)
     started = time.time()
     with file.open("a", encoding="utf-8") as lines:
         for outcome in _play(jobs, config, workers, engine):
@@ -129,8 +139,11 @@ def evaluate(
         return {}
     for part in _slices(output):
         part.unlink()
-    seconds = round(time.time() - started, 1)
+    if missing:
+        _add_time(output, len(missing), time.time() - started)
     outcomes = [done[(task.name, repeat)] for task, repeat in wanted]
+    metrics = {**metrics_of(outcomes), "versions": versions(), **physics(tasks[0]), "plan": plan}
+    _write(output / METRICS_FILE, metrics)
     if film_typical:
         by_name = {task.name: task for task in tasks}
         chosen = [
@@ -140,13 +153,36 @@ def evaluate(
         ]
         again = _play([_Job((e,), config, output) for e in chosen], config, workers, engine)
         for outcome in again:
-            if outcome != done[(outcome.record.task, outcome.repeat)]:
+            if outcome.to_json() != done[(outcome.record.task, outcome.repeat)].to_json():
                 raise EvaluationError(f"{output}: {outcome.record.task}: the film ends otherwise than the episode did")
-    metrics = {**metrics_of(outcomes), **_versions(), "plan": plan}
-    _write(output / METRICS_FILE, metrics)
-    if missing:
-        _write(output / "timing.json", {"episodes": len(missing), "seconds": seconds})
     return metrics
+
+
+def plan_of(config: EvaluationConfig, tasks: Sequence[Task], policy: EvaluatedPolicy) -> dict[str, Any]:
+    """Everything that decides the outcomes: the configuration, and hashes of tasks, policy, code and packages.
+
+    Raises:
+        ValueError: there is no task, or two have one name.
+    """
+    names = Counter(task.name for task in tasks)
+    twice = [name for name, count in names.items() if count > 1]
+    if not names or twice:
+        raise ValueError(f"tasks: {f'{twice[0]!r} twice' if twice else 'none'}; valid: one or more, each with its name")
+    return {
+        **_plan(config), "tasks": tasks_fingerprint(list(tasks)), "n_tasks": len(tasks),
+        "policy_hash": policy.fingerprint(), "code_hash": code_hash(), "packages": versions(),
+    }  # fmt: skip
+
+
+def spread(tasks: Sequence[Task], n: int) -> list[Task]:
+    """`n` of the tasks, evenly, so that a part has every kind of room.
+
+    Raises:
+        ValueError: there are fewer.
+    """
+    if not 1 <= n <= len(tasks):
+        raise ValueError(f"--n-tasks: {n} is not valid; valid: 1 to {len(tasks)}")
+    return [tasks[round(i * len(tasks) / n)] for i in range(n)]
 
 
 def metrics_of(outcomes: Sequence[EpisodeOutcome]) -> dict[str, Any]:
@@ -193,7 +229,8 @@ def typical_outcomes(outcomes: Sequence[EpisodeOutcome]) -> list[EpisodeOutcome]
         return []
 
     def misses(outcome: EpisodeOutcome) -> float:
-        return sum(outcome.record.distances_m)
+        total = sum(outcome.record.distances_m)
+        return total if math.isfinite(total) else math.inf
 
     chosen = [min(outcomes, key=misses), max(outcomes, key=misses)]
     for reason in FAILURES:
@@ -267,17 +304,37 @@ def _begin(output: Path, plan: dict[str, Any]) -> list[EpisodeOutcome]:
     output.mkdir(parents=True, exist_ok=True)
     file = output / PLAN_FILE
     if file.exists():
-        try:
-            before = json.loads(file.read_text(encoding="utf-8"))
-        except ValueError as error:
-            raise EvaluationError(f"{file}: damaged ({error}); choose another folder") from None
-        before = {**_plan(EvaluationConfig("", "")), **before}  # folders that are older than a choice
-        for name, value in plan.items():
-            if before.get(name) != value:
-                raise EvaluationError(f"{output}: holds an evaluation with {name}={before.get(name)!r}, not {value!r}")
-        return read_outcomes(output)
+        before = read_plan(output)
+        name = differs(before, plan)
+        if name:
+            raise EvaluationError(
+                f"{output}: holds an evaluation with {name}={before.get(name)!r}, not {plan[name]!r}; "
+                "choose another folder"
+            )
+        if before["repeats"] >= plan["repeats"]:
+            return read_outcomes(output)
+    found = read_outcomes(output) if file.exists() else []
     _write(file, plan)
-    return []
+    return found
+
+
+def read_plan(folder: Path) -> dict[str, Any]:
+    """What a folder's episodes were played with.
+
+    Raises:
+        EvaluationError: it cannot be read.
+    """
+    file = folder / PLAN_FILE
+    try:
+        before = json.loads(file.read_text(encoding="utf-8"))
+        return {**_plan(EvaluationConfig("", "")), **before}  # folders that are older than a choice
+    except (OSError, ValueError, TypeError) as error:
+        raise EvaluationError(f"{file}: damaged ({error}); choose another folder") from None
+
+
+def differs(before: dict[str, Any], plan: dict[str, Any]) -> str:
+    """The first thing in which two plans differ that changes an episode (repeats only add some); "" if they do not."""
+    return next((name for name, value in plan.items() if name != "repeats" and before.get(name) != value), "")
 
 
 def _plan(config: EvaluationConfig) -> dict[str, Any]:
@@ -321,12 +378,11 @@ def _run(job: _Job) -> list[EpisodeOutcome]:
     return [outcome]
 
 
-def _versions() -> dict[str, Any]:
-    packages = ("mujoco", "torch", "lerobot", "numpy")
-    return {
-        "versions": {**{p: version(p) for p in packages}, "python": platform.python_version()},
-        "physics_hz": PHYSICS_HZ,
-    }
+def _add_time(output: Path, episodes: int, seconds: float) -> None:
+    """`timing.json`: how many episodes took how long so far, interruptions left out."""
+    file = output / TIMING_FILE
+    before = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {"episodes": 0, "seconds": 0.0}
+    _write(file, {"episodes": before["episodes"] + episodes, "seconds": round(before["seconds"] + seconds, 1)})
 
 
 def _write(path: Path, data: dict[str, Any]) -> None:

@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
 from hv_sim.instructor import InstructorConfig
 from hv_sim.suites import SUITE_SIZES, SUITES, load_suite
-from hv_teachers.episodes import EpisodeOutcome
+from hv_sim.task import Task
+from hv_teachers.episodes import EpisodeOutcome, EvaluatedPolicy
 from hv_teachers.evaluated_policies import load_evaluated_policy
-from hv_teachers.evaluation import METRICS_FILE, PLAN_FILE, EvaluationConfig, evaluate, read_outcomes
+from hv_teachers.evaluation import (
+    METRICS_FILE,
+    PLAN_FILE,
+    TIMING_FILE,
+    EvaluationConfig,
+    differs,
+    evaluate,
+    read_outcomes,
+    read_plan,
+    spread,
+)
+from hv_teachers.evaluation import plan_of as evaluation_plan
 from hv_teachers.impairments import NOTHING_TAKEN, Impairments, read_impairments
-from hv_teachers.results import EXPERIMENT_FILE, find_results, leaderboard, read_result, with_results
+from hv_teachers.results import EARLIER_FOLDER, EXPERIMENT_FILE, find_results, leaderboard, read_result, with_results
 from hv_teachers.teacher import TEACHER_FILES
 from hv_teachers.teacher_config import CONFIG_FOLDER, read_yaml
 from hv_teachers.teacher_recipe import read_recipe, train_recipe
@@ -111,55 +126,71 @@ def read_experiment(name_or_path: str) -> Experiment:
     return Experiment(path.stem, data.get("policy"), data.get("train"), dict(data.get("reuse") or {}), suites, taken)
 
 
-def plan_of(experiment: Experiment, places: Places) -> str:
+def plan_of(experiment: Experiment, places: Places, seed: int = 0, n_tasks: int | None = None) -> str:
     """One line: what is still to be done and about how long it takes."""
     steps, seconds = [], 0.0
-    if experiment.train and not _is_trained(places.training(experiment.name)):
-        samples = read_recipe(experiment.train).samples()
+    trained = not experiment.train or _is_trained(places.training(experiment.name))
+    if experiment.train and not trained:
+        recipe = read_recipe(experiment.train)
+        samples = recipe.samples() - (recipe.samples(*experiment.reuse) if experiment.reuse else 0)
+        missing = [other for stage, other in experiment.reuse.items() if not (places.training(other) / stage).is_dir()]
         seconds += samples / TRAINED_PER_S
+        steps += [f"first hv-experiment {name}" for name in dict.fromkeys(missing)]
         steps.append(f"train {samples / 1e6:.0f} M control steps")
     sees = experiment.policy not in (None, "planner", "teacher")
-    policy = experiment.policy or str(places.training(experiment.name))
     for suite, repeats in experiment.suites.items():
         folder = places.evaluation(experiment.name, suite)
-        total = SUITE_SIZES[suite] * repeats
-        left = total - (0 if _is_of_another_policy(folder, policy, experiment) else len(read_outcomes(folder)))
-        if left > 0:
-            seconds += left * _seconds_per_episode(folder, sees)
-            steps.append(f"{left} episodes of {suite}")
+        total = (n_tasks or SUITE_SIZES[suite]) * repeats
+        done = 0
+        if trained and (folder / PLAN_FILE).is_file():
+            config, tasks = _evaluation(experiment, places, suite, seed, n_tasks)
+            if not differs(read_plan(folder), evaluation_plan(config, tasks, _policy(config))):
+                done = sum(o.repeat < repeats for o in read_outcomes(folder))
+        if done < total:
+            seconds += (total - done) * _seconds_per_episode(folder, sees)
+            steps.append(f"{total - done} episodes of {suite}")
     if not steps:
         return f"{experiment.name}: done"
     return f"{experiment.name}: {', '.join(steps)}; about {_duration(seconds)}"
 
 
 def run_experiment(
-    experiment: Experiment, places: Places, *, seed: int = 0, workers: int = 0, film: bool = False
+    experiment: Experiment,
+    places: Places,
+    *,
+    seed: int = 0,
+    n_tasks: int | None = None,
+    workers: int = 0,
+    film: bool = False,
 ) -> list[Path]:
     """Trains and evaluates what is missing; returns the files of results.
 
-    Episodes of a policy that has changed since are put aside: SUITE becomes SUITE.HASH, named after that policy.
+    Episodes that were played with another policy, code or configuration are put aside, in `EARLIER_FOLDER` beside
+    SUITE, and come back when everything is as it was then.
+
+    Args:
+        experiment, places: what, and where.
+        seed: of the evaluation.
+        n_tasks: only so many of each suite's tasks, spread evenly.
+        workers: processes, 0 for one per core.
+        film: see `evaluate`.
 
     Raises:
         ValueError: a configuration is not valid.
-        hv_teachers.evaluation.EvaluationError: a folder holds another evaluation.
+        hv_teachers.evaluation.EvaluationError: a folder is damaged.
     """
-    policy, instructor = experiment.policy or "", InstructorConfig()
     if experiment.train:
         folder = places.training(experiment.name)
-        recipe = read_recipe(experiment.train)
-        instructor = recipe.instructor
         if not _is_trained(folder):
             reuse = {f"reuse.{s}": str(places.training(other) / s) for s, other in experiment.reuse.items()}
-            train_recipe(recipe, folder, reuse)
-        policy = str(folder)
+            train_recipe(read_recipe(experiment.train), folder, reuse)
     written = []
-    for suite, repeats in experiment.suites.items():
-        tasks, output = load_suite(suite), places.evaluation(experiment.name, suite)
-        before = _is_of_another_policy(output, policy, experiment)
-        if before:
-            output.rename(output.with_name(f"{suite}.{before}"))
-        config = EvaluationConfig(policy, suite, repeats, seed, None, instructor, impairments=experiment.impairments)
-        with tqdm(total=len(tasks) * repeats, desc=f"{experiment.name} {suite}", unit="episode") as bar:
+    for suite in experiment.suites:
+        config, tasks = _evaluation(experiment, places, suite, seed, n_tasks)
+        output = places.evaluation(experiment.name, suite)
+        _make_room(output, evaluation_plan(config, tasks, _policy(config)))
+        total = len(tasks) * config.repeats
+        with tqdm(total=total, desc=f"{experiment.name} {suite}", unit="episode") as bar:
 
             def tell(_: EpisodeOutcome, done: int, __: int, bar: tqdm = bar) -> None:
                 bar.update(done - bar.n)
@@ -177,24 +208,50 @@ def run_experiment(
     return [*written, places.leaderboard]
 
 
+def _evaluation(
+    experiment: Experiment, places: Places, suite: str, seed: int, n_tasks: int | None
+) -> tuple[EvaluationConfig, list[Task]]:
+    tasks = load_suite(suite)
+    policy, instructor = experiment.policy or str(places.training(experiment.name)), InstructorConfig()
+    if experiment.train:
+        instructor = read_recipe(experiment.train).instructor
+    repeats = experiment.suites[suite]
+    config = EvaluationConfig(policy, suite, repeats, seed, None, instructor, impairments=experiment.impairments)
+    return config, tasks if n_tasks is None else spread(tasks, n_tasks)
+
+
+def _policy(config: EvaluationConfig) -> EvaluatedPolicy:
+    return load_evaluated_policy(config.policy, config.impairments)
+
+
+def _make_room(output: Path, plan: dict[str, Any]) -> None:
+    """Puts another evaluation's folder aside, and takes back what was put aside of this one."""
+
+    def aside(of: dict[str, Any]) -> Path:
+        text = json.dumps({k: v for k, v in of.items() if k != "repeats"}, sort_keys=True)
+        return output.parent / EARLIER_FOLDER / f"{output.name}.{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+
+    if (output / PLAN_FILE).is_file():
+        before = read_plan(output)
+        if not differs(before, plan):
+            return
+        put = aside(before)
+        put.parent.mkdir(exist_ok=True)
+        if put.exists():  # the same evaluation, interrupted earlier
+            shutil.rmtree(put)
+        output.rename(put)
+    if aside(plan).exists():
+        aside(plan).rename(output)
+
+
 def _is_trained(folder: Path) -> bool:
     return (folder / TEACHER_FILES[0]).is_file() and (folder / "recipe.json").is_file()
-
-
-def _is_of_another_policy(folder: Path, policy: str, experiment: Experiment) -> str:
-    """The hash of the policy whose episodes a folder holds, if it is not the one that there is now; else ""."""
-    try:
-        before = json.loads((folder / PLAN_FILE).read_text(encoding="utf-8"))["policy_hash"]
-    except (OSError, ValueError, KeyError):
-        return ""
-    now = load_evaluated_policy(policy, experiment.impairments).fingerprint()
-    return "" if before == now else str(before)
 
 
 def _seconds_per_episode(folder: Path, sees: bool) -> float:
     """As measured here before; else a figure of ours."""
     try:
-        timing = json.loads((folder / "timing.json").read_text(encoding="utf-8"))
+        timing = json.loads((folder / TIMING_FILE).read_text(encoding="utf-8"))
         return float(timing["seconds"]) / float(timing["episodes"])
     except (OSError, ValueError, KeyError, ZeroDivisionError):
         return SECONDS_PER_SEEN_EPISODE if sees else SECONDS_PER_EPISODE

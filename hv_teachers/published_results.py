@@ -32,7 +32,7 @@ class PublishedTable:
 
 
 _TEACHER = PublishedRow("HumanoidVerse-T", "humanoidverse_teacher", 0.88762, 0.72857, 0.72381, 0.247, 0.484)
-_STUDENT = PublishedRow("HumanoidVerse-S", "humanoidverse_student", 0.66095, 0.42667, 0.40952, 0.503, 1.031)
+_STUDENT = PublishedRow("HumanoidVerse-S", "student", 0.66095, 0.42667, 0.40952, 0.503, 1.031)
 
 PUBLISHED_TABLES = (
     PublishedTable(
@@ -64,7 +64,7 @@ PUBLISHED_TABLES = (
             PublishedRow("HumanVLA-T", "humanvla_teacher", 0.27273, 0.09091, 0.04545, 0.790, 1.848),
             PublishedRow("HumanoidVerse-T", "humanoidverse_teacher", 0.80303, 0.64646, 0.64646, 0.531, 0.723),
             PublishedRow("HumanVLA-S", "humanvla_student", 0.37879, 0.0, 0.0, 1.271, 2.043),
-            PublishedRow("HumanoidVerse-S", "humanoidverse_student", 0.56061, 0.42929, 0.40909, 0.771, 1.226),
+            PublishedRow("HumanoidVerse-S", "student", 0.56061, 0.42929, 0.40909, 0.771, 1.226),
         ),
     ),
     PublishedTable(

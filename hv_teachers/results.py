@@ -15,6 +15,8 @@ from hv_teachers.evaluation import METRICS_FILE, EvaluationError
 from hv_teachers.published_results import PUBLISHED_TABLES
 
 EXPERIMENT_FILE = "experiment.json"
+EARLIER_FOLDER = ".earlier"
+"""Where an experiment puts evaluations that are of another policy, code or configuration than the present one."""
 README_MARKS = ("<!-- results: written by hv-experiment -->", "<!-- end of results -->")
 _NEEDED = ("at_0.4", "at_0.2", "fall_rate", "n_episodes", "plan")
 
@@ -50,8 +52,8 @@ class Result:
 
     @property
     def title(self) -> str:
-        """The system, marked if `is_earlier`."""
-        return self.system + (f" {EARLIER}" if self.is_earlier else "")
+        """The system, with how many tasks if not all, marked if `is_earlier`."""
+        return self.system + self.part + (f" {EARLIER}" if self.is_earlier else "")
 
 
 def read_result(path: Path) -> Result:
@@ -87,6 +89,7 @@ def find_results(folders: Iterable[Path]) -> list[Result]:
         if not folder.exists():
             raise EvaluationError(f"{folder}: there is no such folder")
         paths = [folder] if folder.is_file() else sorted(folder.rglob(METRICS_FILE))
+        paths = [p for p in paths if EARLIER_FOLDER not in p.relative_to(folder).parts]
         found += [read_result(p) for p in paths]
     order = {name: i for i, name in enumerate(SUITES)}
     found.sort(key=lambda r: (order.get(r.suite, len(order)), -r.metrics["at_0.4"]["success_all"], r.system))
@@ -112,7 +115,8 @@ def leaderboard(results: Sequence[Result]) -> str:
             m = r.metrics
             each = [_percent(m["at_0.4"].get(f"success_{i + 1}")) for i in range(count)]
             low, high = m["interval_0.4"]["success_all"]
-            misses = " / ".join(f"{m[f'dist_{i + 1}']:.2f}" for i in range(_num_subtasks(m)))
+            away = [m.get(f"dist_{i + 1}") for i in range(_num_subtasks(m))]
+            misses = " / ".join("-" if d is None else f"{d:.2f}" for d in away)
             lines.append(
                 f"| {r.title} | {' | '.join(each)} | **{_percent(m['at_0.4']['success_all'])}**"
                 f" [{100 * low:.1f}, {100 * high:.1f}] | {_percent(m['at_0.2']['success_all'])} | {misses}"

@@ -42,9 +42,9 @@ class Recipe:
         layers = [read_yaml(base) if base else {}, {"env": {"instructor": plain(self.instructor)}}, values]
         return training_config(*layers, overrides or {}, {"name": f"{self.name} {stage}"})
 
-    def samples(self) -> int:
+    def samples(self, *stages: str) -> int:
         """Control steps of all its stages together: its budget."""
-        return sum(self.config(stage, Path()).samples for stage in self.stages)
+        return sum(self.config(stage, Path()).samples for stage in stages or self.stages)
 
 
 def read_recipe(name_or_path: str) -> Recipe:

@@ -30,7 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
     from hv_sim.gl_backend import GLError
     from hv_sim.task import TaskError, resolve_tasks
     from hv_teachers.engines import Slice
-    from hv_teachers.evaluation import METRICS_FILE, EvaluationConfig, EvaluationError, evaluate
+    from hv_teachers.evaluation import METRICS_FILE, EvaluationConfig, EvaluationError, evaluate, read_outcomes, spread
     from hv_teachers.impairments import read_impairments
 
     try:
@@ -40,14 +40,17 @@ def main(arguments: list[str] | None = None) -> int:
             read_impairments(options.without, options.wrong_instruction),
         )  # fmt: skip
         tasks = resolve_tasks(options.suite)
+        if options.shard and options.film:
+            raise ValueError("--film: not with --shard; valid: when the slices are added up")
+        if options.wrong_instruction and any(len(task.subtasks) < 2 for task in tasks):
+            raise ValueError("--wrong-instruction: a task has one sub-task only; valid: suites of more than one object")
         if options.n_tasks is not None:
-            if options.n_tasks > len(tasks):
-                raise TaskError(f"--n-tasks: {options.n_tasks} is not valid; valid: 1 to {len(tasks)}")
-            # spread evenly, so that a part has every kind of room
-            tasks = [tasks[round(i * len(tasks) / options.n_tasks)] for i in range(options.n_tasks)]
+            tasks = spread(tasks, options.n_tasks)
         only = Slice.parse(options.shard) if options.shard else None
-        with tqdm(total=len(tasks) * options.repeats, desc=options.suite, unit="episode") as bar:
-            placed: list[bool] = []
+        before = read_outcomes(options.output)
+        placed = [all(o.record.succeeded(0.4)) for o in before]
+        total = len(tasks) * options.repeats
+        with tqdm(total=total, initial=min(len(before), total), desc=options.suite, unit="episode") as bar:
 
             def tell(outcome, done: int, total: int) -> None:
                 placed.append(all(outcome.record.succeeded(0.4)))
@@ -58,7 +61,7 @@ def main(arguments: list[str] | None = None) -> int:
                 config, tasks, options.output, workers=options.workers, engine=options.engine, only=only,
                 videos=options.videos, film_typical=options.film, on_episode=tell,
             )  # fmt: skip
-    except (TaskError, GLError, EvaluationError, ValueError) as error:
+    except (TaskError, GLError, EvaluationError, ValueError, RuntimeError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -122,7 +125,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--shard", metavar="I/N", help="play only this slice of the episodes")
     parser.add_argument("--max-episode-steps", type=_positive, help="control steps (30 a second) of an episode")
     parser.add_argument("--videos", nargs="*", default=[], metavar="TASK", help="names of tasks to film")
-    parser.add_argument("--film", action="store_true", help="film the best episode and one of every kind of failure")
+    parser.add_argument("--film", action="store_true", help="film the best, the worst and one of every kind of failure")
     parser.add_argument(
         "--instructor", nargs="*", default=[], metavar="KEY=VALUE",
         help="thresholds of Algorithm 3, such as max_object_speed_m_s=null (an ablation)",

@@ -2,7 +2,7 @@
 
     hv-report outputs/eval/planner outputs/eval/teacher runs/teacher/stage1 --output outputs/report.html
 
-Folders: of hv-eval, of hv-experiment (with evaluations below them), or of a training (with a curve.csv).
+Folders: of hv-eval, of hv-experiment (with evaluations below them), of a training (with a curve.csv), or of hv-dagger.
 """
 
 from __future__ import annotations
@@ -17,20 +17,21 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="evaluations and trainings")
     parser.add_argument("--output", type=Path, default=Path("outputs/report.html"), help="the page")
     options = parser.parse_args(arguments)
-    from hv_scripts.report_page import write_report
+    from hv_scripts.report_page import ROUNDS_TABLE, write_report
     from hv_teachers.evaluation import EvaluationError
     from hv_teachers.results import find_results
 
     try:
         results = find_results(options.folders)
         trainings = sorted({p.parent for folder in options.folders for p in folder.rglob("curve.csv")})
-        if not results and not trainings:
-            raise EvaluationError(f"{options.folders[0]}: holds neither metrics.json nor curve.csv")
-        page = write_report(results, trainings, options.output)
-    except (EvaluationError, OSError) as error:
+        rounds = sorted({p.parent for folder in options.folders for p in folder.rglob(ROUNDS_TABLE)})
+        if not results and not trainings and not rounds:
+            raise EvaluationError(f"{options.folders[0]}: holds neither metrics.json nor curve.csv nor {ROUNDS_TABLE}")
+        page = write_report(results, trainings, options.output, rounds)
+    except (EvaluationError, OSError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    print(f"{len(results)} evaluations, {len(trainings)} trainings: {page}")
+    print(f"{len(results)} evaluations, {len(trainings)} trainings, {len(rounds)} times DAgger: {page}")
     return 0
 
 

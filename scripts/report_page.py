@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import base64
+import csv
 import html
 import io
 import itertools
+import json
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -15,12 +18,14 @@ from PIL import Image
 
 from hv_teachers.curves import plot_curve
 from hv_teachers.episodes import FAILURES, PLACED_M, EpisodeOutcome, SubTaskOutcome
-from hv_teachers.evaluation import read_outcomes, typical_outcomes, video_path
+from hv_teachers.evaluation import TIMING_FILE, read_outcomes, typical_outcomes, video_path
 from hv_teachers.published_results import PUBLISHED_TABLES, PublishedRow
 from hv_teachers.results import Result
 from hv_teachers.teacher_curve import CURVES
 
 STRIP_FRAMES = 8
+ROUNDS_TABLE, ROUNDS_PICTURE = "rounds.csv", "rounds.png"
+"""As `hv_teachers.dagger` writes them."""
 _BINS: dict[str, tuple[str, Callable[[SubTaskOutcome], float], tuple[float, ...]]] = {
     "distance": ("way of the object (m)", lambda s: s.way_m, (0, 1.5, 3, 4.5, 6, 99)),
     "from": ("height it is taken from (m)", lambda s: s.from_height_m, (-1, 0.1, 0.4, 0.7, 0.9, 9)),
@@ -29,18 +34,23 @@ _BINS: dict[str, tuple[str, Callable[[SubTaskOutcome], float], tuple[float, ...]
 }
 
 
-def write_report(results: Sequence[Result], trainings: Sequence[Path], output: Path) -> Path:
+def write_report(
+    results: Sequence[Result], trainings: Sequence[Path], output: Path, rounds: Sequence[Path] = ()
+) -> Path:
     """Writes the page, whole or not at all.
 
     Args:
         results: evaluations (`hv_teachers.results.find_results`).
         trainings: folders with a `curve.csv`.
         output: the HTML file.
+        rounds: folders of hv-dagger, with a `rounds.csv`.
 
     Raises:
         hv_teachers.evaluation.EvaluationError: an evaluation's episodes are damaged.
+        ValueError: a curve is damaged.
     """
     parts = [_overview(results), _published(results)]
+    parts += [_rounds(folder) for folder in rounds]
     parts += [_training(folder) for folder in trainings]
     parts += [_evaluation(result) for result in results]
     page = _PAGE.replace("@CONTENT", "\n".join(p for p in parts if p))
@@ -59,7 +69,7 @@ def _overview(results: Sequence[Result]) -> str:
         m = r.metrics
         low, high = m["interval_0.4"]["success_all"]
         rows.append(
-            f"<tr><td><a href='#{_anchor(r)}'>{_text(r.system)}</a></td><td>{_text(r.suite)}</td>"
+            f"<tr><td><a href='#{_anchor(r)}'>{_text(r.title)}</a></td><td>{_text(r.suite)}</td>"
             f"<td>{_bar(m['at_0.4']['success_all'], low, high)}</td><td>{_share(m['at_0.2']['success_all'])}</td>"
             f"<td>{_share(m['fall_rate'])}</td><td>{m['n_episodes']}</td></tr>"
         )
@@ -69,7 +79,7 @@ def _overview(results: Sequence[Result]) -> str:
 
 def _published(results: Sequence[Result]) -> str:
     """Tables 1 to 5, the paper's rows with ours below each."""
-    of = {(r.system, r.suite): r for r in results}
+    of = {(r.system, r.suite): r for r in sorted(results, key=lambda r: not r.part)}  # whole suites rather than parts
     sections = []
     for table in PUBLISHED_TABLES:
         rows = []
@@ -101,7 +111,7 @@ def _our_row(result: Result) -> str:
     m = result.metrics
     shares = "".join(f"<td>{_share(m['at_0.4'].get(k))}</td>" for k in ("success_1", "success_2", "success_all"))
     miss = "".join(f"<td>{m[k]:.3f}</td>" if m.get(k) is not None else "<td></td>" for k in ("dist_1", "dist_2"))
-    return f"<tr class='ours'><td><a href='#{_anchor(result)}'>{_text(result.system)}</a></td>{shares}{miss}</tr>"
+    return f"<tr class='ours'><td><a href='#{_anchor(result)}'>{_text(result.title)}</a></td>{shares}{miss}</tr>"
 
 
 def _training(folder: Path) -> str:
@@ -115,14 +125,29 @@ def _training(folder: Path) -> str:
     if not pictures:
         with (folder / "curve.csv").open(encoding="utf-8") as file:
             shown = [c for c in file.readline().strip().split(",") if c not in ("samples", "kind")][:6]
-        plot_curve(folder / "curve.csv", folder / "curve.png", shown)
-        pictures.append(("", (folder / "curve.png").read_bytes()))
+        with tempfile.TemporaryDirectory() as place:
+            plot_curve(folder / "curve.csv", Path(place) / "curve.png", shown)
+            pictures.append(("", (Path(place) / "curve.png").read_bytes()))
+    name = _text("/".join(folder.resolve().parts[-2:]))
     figures = "".join(
-        f"<figure><img alt='training curves of {_text(folder.name)}' src='{_data(png, 'image/png')}'>"
+        f"<figure><img alt='training curves of {name}' src='{_data(png, 'image/png')}'>"
         f"<figcaption>{_text(title)}</figcaption></figure>"
         for title, png in pictures
     )
-    return f"<section><h2>Training: {_text(folder.name)}</h2>{figures}</section>"
+    return f"<section><h2>Training: {name}</h2>{figures}</section>"
+
+
+def _rounds(folder: Path) -> str:
+    """The rounds of hv-dagger, as a table and as its picture."""
+    with (folder / ROUNDS_TABLE).open(encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    head = "".join(f"<th>{_text(name.replace('_', ' '))}</th>" for name in rows[0]) if rows else ""
+    body = "".join(f"<tr>{''.join(f'<td>{_text(cell)}</td>' for cell in row)}</tr>" for row in rows[1:])
+    picture = folder / ROUNDS_PICTURE
+    table = f"<div class='wide'><table><tr>{head}</tr>{body}</table></div>"
+    if picture.is_file():
+        table += f"<figure><img alt='rounds' src='{_data(picture.read_bytes(), 'image/png')}'></figure>"
+    return f"<section><h2>DAgger rounds: {_text(folder.name)}</h2>{table}</section>"
 
 
 def _evaluation(result: Result) -> str:
@@ -132,7 +157,7 @@ def _evaluation(result: Result) -> str:
     facts = ", ".join(f"{k} {v}" for k, v in versions.items())
     about = (
         f"<p class='faint'>{_text(str(plan.get('policy_hash')))}, tasks {_text(str(plan.get('tasks')))}, "
-        f"seed {plan.get('seed')}, {plan.get('repeats')} repeats; {_text(facts)}</p>"
+        f"seed {plan.get('seed')}, {plan.get('repeats')} repeats; {_text(facts)}{_text(_took(result.folder))}</p>"
     )
     if not outcomes:
         return f"<section>{title}{about}</section>"
@@ -146,6 +171,14 @@ def _evaluation(result: Result) -> str:
         f"<section>{title}{about}<div class='panels'>{''.join(panels)}</div>"
         f"{_failures(result, outcomes)}{_strips(result, outcomes)}</section>"
     )
+
+
+def _took(folder: Path) -> str:
+    try:
+        timing = json.loads((folder / TIMING_FILE).read_text(encoding="utf-8"))
+        return f"; {timing['episodes']} episodes took {timing['seconds'] / 60:.1f} minutes"
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
 
 
 def _binned(

@@ -51,7 +51,7 @@ class GaitConfig:
     capture_gain_s: float = 0.18
     swing_lead_s: float = 0.05
     step_ahead: float = 0.4
-    travel_share: float = 0.5
+    travel_share: float = 0.7
     max_acceleration: tuple[float, float, float] = (1.6, 1.2, 4.0)
     anchor_rate: float = 8.0
     anchor_bound_m: float = 0.12

@@ -10,6 +10,7 @@ import torch
 from hv_sim.metrics import EpisodeRecord
 from hv_sim.suites import load_suite
 from hv_sim.world import pick_phrasing
+from hv_teachers.engines import Slice
 from hv_teachers.episodes import Episode, EpisodeOutcome, SubTaskOutcome, film_episode, run_episodes
 from hv_teachers.evaluated_policies import load_evaluated_policy
 from hv_teachers.evaluation import (
@@ -19,6 +20,7 @@ from hv_teachers.evaluation import (
     evaluate,
     metrics_of,
     read_outcomes,
+    typical_outcomes,
     wilson_interval,
 )
 
@@ -58,14 +60,60 @@ def test_what_was_interrupted_goes_on(once, tmp_path):
     evaluate(SHORT, load_suite("unseen")[:3], folder, workers=1, on_episode=lambda o, n, m: seen.append((n, m)))
     assert seen == [(2, 3), (3, 3)]
     assert (folder / "metrics.json").read_bytes() == (once[0] / "metrics.json").read_bytes()
+    timing = json.loads((folder / "timing.json").read_text())
+    assert timing["episodes"] == 2
     with pytest.raises(EvaluationError, match="physics='cpu', not 'warp'"):
         evaluate(replace(SHORT, physics="warp"), load_suite("unseen")[:3], folder, workers=1)
     plan = json.loads((folder / "evaluation.json").read_text())
     del plan["physics"]  # as it was before there was a choice
     (folder / "evaluation.json").write_text(json.dumps(plan))
     assert evaluate(SHORT, load_suite("unseen")[:3], folder, workers=1)["plan"]["physics"] == "cpu"
+    for name, value in (("code_hash", "0"), ("packages", {"mujoco": "2"})):
+        (folder / "evaluation.json").write_text(json.dumps({**plan, name: value}))
+        with pytest.raises(EvaluationError, match=f"holds an evaluation with {name}="):
+            evaluate(SHORT, load_suite("unseen")[:3], folder, workers=1)
+    (folder / "evaluation.json").write_text(json.dumps(plan))
     with pytest.raises(EvaluationError, match="seed=5, not 6"):
         evaluate(EvaluationConfig("planner", "unseen", seed=6, max_episode_steps=40), load_suite("unseen")[:3], folder)
+
+
+def test_more_repeats_only_add_episodes(once, tmp_path):
+    folder, task = tmp_path / "more", load_suite("unseen")[:1]
+    first = evaluate(SHORT, task, folder, workers=1)
+    seen = []
+    more = evaluate(replace(SHORT, repeats=3), task, folder, workers=1, on_episode=lambda o, n, m: seen.append(n))
+    assert seen == [2, 3]
+    assert more["n_episodes"] == 3
+    assert evaluate(SHORT, task, folder, workers=1) == first, "fewer again: nothing is played, nothing lost"
+    assert len(read_outcomes(folder)) == 3
+    assert json.loads((folder / "timing.json").read_text())["episodes"] == 3
+
+
+def test_slices_add_up_to_the_whole(once, tmp_path):
+    tasks, folder = load_suite("unseen")[:3], tmp_path / "slices"
+    for index in (1, 0):
+        assert evaluate(SHORT, tasks, folder, workers=1, only=Slice(index, 2)) == {}
+    assert len(list(folder.glob("episodes.*-of-2.jsonl"))) == 2
+    seen = []
+    evaluate(SHORT, tasks, folder, workers=1, on_episode=lambda o, n, m: seen.append(n))
+    assert seen == [], "nothing was left to play"
+    assert (folder / "metrics.json").read_bytes() == (once[0] / "metrics.json").read_bytes()
+    assert not list(folder.glob("episodes.*-of-2.jsonl"))
+
+
+def test_names_must_tell_tasks_apart(tmp_path):
+    task = load_suite("unseen")[0]
+    with pytest.raises(ValueError, match=f"'{task.name}' twice"):
+        evaluate(SHORT, [task, task], tmp_path / "twice", workers=1)
+    with pytest.raises(ValueError, match="videos: 'other' is not among the tasks"):
+        evaluate(SHORT, [task], tmp_path / "film", workers=1, videos=["other"])
+    assert not (tmp_path / "film").exists()
+
+
+def test_what_is_not_a_number_is_the_worst():
+    lost = outcome((0.1, float("nan")), failures=("", "fell"))
+    best, worst = outcome((0.1, 0.1)), outcome((0.5, 2.0), failures=("dropped", "dropped"))
+    assert typical_outcomes([worst, lost, best])[:2] == [best, lost]
 
 
 def test_metrics_have_what_others_read(once):
@@ -77,6 +125,8 @@ def test_metrics_have_what_others_read(once):
     assert metrics["dist_1"] > 0
     assert sum(metrics["failures"].values()) == 6, "nobody is done after 40 steps"
     assert metrics["plan"]["policy_hash"].startswith("planner-")
+    assert metrics["physics_hz"] == 120
+    assert len(metrics["physics_hash"]) == len(metrics["plan"]["code_hash"]) == 16
 
 
 def outcome(distances, fallen=False, failures=("", ""), repeat=0):

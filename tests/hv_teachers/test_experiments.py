@@ -12,7 +12,7 @@ from hv_teachers.teacher_recipe import read_recipe
 def test_every_teacher_of_the_papers_tables_has_an_experiment():
     known = known_experiments()
     rows = {row.experiment for table in PUBLISHED_TABLES for row in table.rows}
-    assert {name for name in rows if "student" not in name} <= set(known)
+    assert rows - set(known) == {"humanvla_student"}, "the only row without an experiment"
     for name in known:
         experiment = read_experiment(name)
         if experiment.train:
@@ -46,18 +46,40 @@ def test_runs_and_is_reused(tmp_path, monkeypatch):
     assert [p.name for p in written] == ["metrics.json", "RESULTS.md"]
     metrics = json.loads(written[0].read_text())
     assert (metrics["experiment"], metrics["n_episodes"]) == ("planner", 2)
-    assert "| planner |" in places.leaderboard.read_text()
+    assert "| planner (2 tasks) |" in places.leaderboard.read_text()
     assert plan_of(experiment, places) == "planner: done"
     before = (places.evaluation("planner", "unseen") / "timing.json").read_bytes()
     run_experiment(experiment, places, workers=1)
     assert (places.evaluation("planner", "unseen") / "timing.json").read_bytes() == before, "nothing was played again"
 
-    monkeypatch.setattr("hv_teachers.evaluated_policies._Planner.fingerprint", lambda _: "another")
-    assert plan_of(experiment, places).startswith("planner: 2 episodes of unseen")
+    first = (places.evaluation("planner", "unseen") / "episodes.jsonl").read_bytes()
+    with monkeypatch.context() as changed:
+        changed.setattr("hv_teachers.evaluated_policies._Planner.fingerprint", lambda _: "another")
+        assert plan_of(experiment, places).startswith("planner: 2 episodes of unseen")
+        for _ in range(2):  # what is put aside twice, of one policy, is there once
+            run_experiment(experiment, places, workers=1)
+        assert plan_of(experiment, places) == "planner: done"
+        earlier = places.evaluation("planner", "unseen").parent / ".earlier"
+        (aside,) = earlier.glob("unseen.*")
+        assert (aside / "episodes.jsonl").read_bytes() == first
     run_experiment(experiment, places, workers=1)
-    assert plan_of(experiment, places) == "planner: done"
-    (aside,) = places.evaluation("planner", "unseen").parent.glob("unseen.planner-*")
-    assert (aside / "timing.json").read_bytes() == before, "what the planner did before it changed is kept"
+    assert (places.evaluation("planner", "unseen") / "timing.json").read_bytes() == before, "it came back"
+    (other,) = earlier.glob("unseen.*")
+    assert other != aside
+    more = read_experiment("planner").narrowed(["unseen"], 2)
+    assert plan_of(more, places).startswith("planner: 2 episodes of unseen")
+    assert plan_of(experiment, places, n_tasks=1).startswith("planner: 1 episodes of unseen")
+    run_experiment(experiment, places, workers=1, n_tasks=1)
+    assert json.loads(written[0].read_text())["n_episodes"] == 1
+
+
+def test_what_is_reused_is_not_trained_again(tmp_path):
+    places = Places(tmp_path)
+    said = plan_of(read_experiment("wo_speed"), places)
+    assert said.startswith("wo_speed: first hv-experiment humanoidverse_teacher, train 10 M control steps, ")
+    for stage in ("stage1", "stage2"):
+        (places.training("humanoidverse_teacher") / stage).mkdir(parents=True)
+    assert plan_of(read_experiment("wo_speed"), places).startswith("wo_speed: train 10 M control steps, ")
 
 
 @pytest.mark.parametrize(

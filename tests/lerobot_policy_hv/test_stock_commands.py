@@ -15,6 +15,7 @@ from stock_commands import error_lines, run_command
 
 from hv_sim.rearrange_env import RearrangeEnv
 from hv_sim.task import resolve_tasks, save_task
+from hv_teachers.episodes import Episode, film_episode
 from hv_teachers.evaluated_policies import load_evaluated_policy
 from hv_teachers.recording import RecordingConfig, record_dataset
 
@@ -198,9 +199,11 @@ def test_hv_eval_plays_what_lerobot_eval_plays(run_folder: Path, tmp_path: Path)
             while not over:
                 observation, step_reward, ended, cut, info = env.step(policy(env.world, observation)[0].numpy())
                 total, over = total + step_reward, ended or cut
+            record = env.world.records()[0]
             env.close()
             assert info["is_success"] == succeeds
             assert total == pytest.approx(reward, abs=1e-5)
+            assert film_episode(Episode(task, 0, seed), policy, 10).record == record, "hv-eval's, to the bit"
 
 
 def test_a_checkpoint_of_another_shape_is_refused_in_one_line(run_folder: Path, tmp_path: Path):

@@ -1,12 +1,13 @@
 """hv-report: figures of the page against the files', films in it, bad folders; in Chromium where there is one."""
 
+import asyncio
 import json
 import re
 import shutil
-import subprocess
 
 import numpy as np
 import pytest
+from chromium import MISSING, Chromium
 from PIL import Image
 
 from hv_scripts import report
@@ -66,19 +67,52 @@ def test_folders_without_results_are_refused(tmp_path, capsys):
     assert not (tmp_path / "r.html").exists()
 
 
-@pytest.mark.skipif(shutil.which("chromium") is None, reason="Debian's chromium is not installed")
-@pytest.mark.parametrize("width", [1200, 390])
-def test_chromium_shows_it(folder, tmp_path, width):
-    page, picture = tmp_path / "report.html", tmp_path / "shot.png"
+def test_rounds_of_dagger_and_damaged_curves(tmp_path, capsys):
+    rounds = tmp_path / "dagger"
+    rounds.mkdir()
+    (rounds / "rounds.csv").write_text("round,success_all,fall_rate\n0,0.25,0.5\n1,0.375,0.25\n")
+    page = tmp_path / "r.html"
+    assert report.main([str(rounds), "--output", str(page)]) == 0
+    text = page.read_text()
+    assert "DAgger rounds: dagger" in text
+    assert "<td>0.375</td>" in text
+    (tmp_path / "training").mkdir()
+    (tmp_path / "training" / "curve.csv").write_text("samples,loss\n")
+    assert report.main([str(tmp_path / "training"), "--output", str(tmp_path / "s.html")]) == 2
+    assert "curve.csv" in capsys.readouterr().err
+    assert [p.name for p in (tmp_path / "training").iterdir()] == ["curve.csv"]
+
+
+def test_what_was_put_aside_is_not_shown(folder, tmp_path):
+    shutil.copytree(folder, tmp_path / "seen")
+    shutil.copytree(folder, tmp_path / ".earlier" / "seen.0123abcd")
+    page = tmp_path / "r.html"
+    assert report.main([str(tmp_path), "--output", str(page)]) == 0
+    assert page.read_text().count("planner on seen") == 1
+
+
+@pytest.mark.skipif(bool(MISSING), reason=MISSING)
+def test_chromium_shows_it_on_the_desktop_and_on_the_phone(folder, tmp_path):
+    page = tmp_path / "report.html"
     assert report.main([str(folder), "--output", str(page)]) == 0
-    chromium = [
-        "chromium", "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking",
-        "--disable-component-update", "--disable-sync", "--no-first-run", "--hide-scrollbars",
-        f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={width},1600",
-    ]  # fmt: skip
-    subprocess.run([*chromium, f"--screenshot={picture}", page.as_uri()], check=True, timeout=120, capture_output=True)
-    shown = np.asarray(Image.open(picture).convert("L"))
-    assert shown.shape == (1600, width)
-    assert shown.std() > 10, "there is something on the page"
-    done = subprocess.run([*chromium, "--dump-dom", page.as_uri()], check=True, timeout=120, capture_output=True)
-    assert b"Beside the paper" in done.stdout
+
+    async def main():
+        async with Chromium() as browser:
+            tab = await browser.open(page.as_uri())
+            await tab.wait_for("document.readyState == 'complete'")
+            for width, phone in ((1200, False), (390, True)):
+                await tab.resize(width, 1600, phone=phone)
+                await tab.wait_for(f"window.innerWidth == {width}")
+                assert await tab.evaluate("document.documentElement.scrollWidth") <= width, "nothing is cut off"
+                await tab.screenshot(tmp_path / f"{width}.png")
+                shown = np.asarray(Image.open(tmp_path / f"{width}.png").convert("L"))
+                assert shown.shape == (1600, width)
+                assert shown.std() > 10, "there is something on the page"
+            assert not await tab.evaluate("document.querySelector('video').checkVisibility()")
+            await tab.evaluate("document.querySelector('.failure').scrollIntoView()")
+            await tab.click(".failure summary")
+            assert await tab.wait_for("document.querySelector('video').checkVisibility()")
+            await tab.evaluate("document.querySelector('video').play()")
+            await tab.wait_for("document.querySelector('video').currentTime > 0.2")
+
+    asyncio.run(main())
