@@ -154,9 +154,8 @@ class ScriptedPlanner:
             apart = (hands[:, 0] - hands[:, 1]).norm(dim=-1)
             return reach_posture(hands[..., 2].mean(-1), hands[..., 0].mean(-1) - feet[:, 0], apart)
 
-        low_height, low_pitch = bent_to(grasp)
+        low_height, low_pitch = end_height, end_pitch = bent_to(grasp)
         place_height, place_pitch = bent_to(lowered)
-        end_height, end_pitch = bent_to(grasp)
         height, pitch = intent[:, HEIGHT], torch.full_like(clock, 0.05)
         settling = during(Phase.REACH) & (clock < c.settle_s)
         low_height, low_pitch = torch.where(settling, height, low_height), torch.where(settling, pitch, low_pitch)

@@ -86,7 +86,7 @@ class TeacherTrainingConfig:
     init: str = ""
     """Weights to begin from (a teacher's .safetensors); empty: new ones."""
     first_teacher: str = ""
-    """The teacher that plays all but the last sub-task of an episode; empty: the learner plays everything."""
+    """The teacher that plays the first sub-task of an episode; empty: the learner plays everything."""
     prior: str = ""
     """Weights of the motor prior; empty: the shipped ones."""
     seed: int = 0
@@ -109,9 +109,13 @@ class TeacherTrainingConfig:
             raise ValueError(f"part: {self.part!r} is not valid; valid: {', '.join(PARTS)}")
         if self.dagger.samples + self.ppo.samples < 1:
             raise ValueError("dagger.samples, ppo.samples: both 0; valid: at least one above 0")
-        for name in ("new_tasks_every", "checkpoint_every", "motion_tasks"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name}: {getattr(self, name)} is not valid; valid: an integer >= 1")
+        counts = {name: getattr(self, name) for name in ("new_tasks_every", "checkpoint_every", "motion_tasks")}
+        for part, of in (("dagger", self.dagger), ("ppo", self.ppo)):
+            names = ("round_steps", "batch_size", "buffer", "steps_per_iteration", "epochs", "mini_batches")
+            counts |= {f"{part}.{name}": getattr(of, name) for name in names if hasattr(of, name)}
+        for name, count in counts.items():
+            if count < 1:
+                raise ValueError(f"{name}: {count} is not valid; valid: an integer >= 1")
 
     @property
     def samples(self) -> int:
@@ -214,9 +218,10 @@ def _scalar(hint: Any, value: Any, where: str) -> Any:
     for kind in kinds:
         if kind is bool and isinstance(value, bool):
             return value
-        if kind is int and not isinstance(value, bool) and isinstance(value, (int, float)) and value == int(value):
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if kind is int and is_number and float(value).is_integer():
             return int(value)
-        if kind is float and not isinstance(value, bool) and isinstance(value, (int, float)):
+        if kind is float and is_number:
             return float(value)
         if kind is str and isinstance(value, str):
             return value
@@ -227,7 +232,7 @@ def _scalar(hint: Any, value: Any, where: str) -> Any:
                 continue
         if kind is int and isinstance(value, str):
             try:
-                if float(value) == int(float(value)):
+                if float(value).is_integer():
                     return int(float(value))
             except ValueError:
                 continue

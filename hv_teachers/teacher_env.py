@@ -107,7 +107,7 @@ class TeacherEnv:
         teacher: of the networks that will act.
         prior: the controller below; never trained here.
         seed: of the episodes.
-        first: the teacher that plays all but the last sub-task of an episode (Stage 3's teacher 1).
+        first: the teacher that plays the first sub-task of an episode (Stage 3's teacher 1).
         number: of the first of these environments, where they are a share of more (`hv_teachers.ranks`).
         total: how many those are (default: just these); an environment's number and `total` decide its seeds.
     """

@@ -43,7 +43,7 @@ class Recipe:
         return training_config(*layers, overrides or {}, {"name": f"{self.name} {stage}"})
 
     def samples(self, *stages: str) -> int:
-        """Control steps of all its stages together: its budget."""
+        """Control steps of some of its stages (default: all), the learner's own: its budget."""
         return sum(self.config(stage, Path()).samples for stage in stages or self.stages)
 
 
@@ -72,13 +72,18 @@ def read_recipe(name_or_path: str) -> Recipe:
     for key in ("teacher_1", "teacher_2"):
         if data.get(key) not in stages and (key == "teacher_1" or data.get(key) is not None):
             raise ValueError(f"{name_or_path}: {key}: {data.get(key)!r} is not valid; valid: {', '.join(stages)}")
+    try:
+        instructor = InstructorConfig(**(data.get("instructor") or {}))
+    except TypeError as error:
+        valid = ", ".join(plain(InstructorConfig()))
+        raise ValueError(f"{name_or_path}: instructor: {error}; valid: {valid}") from None
     return Recipe(
         name=Path(name_or_path).stem,
         about=str(data.get("about", "")).strip(),
         stages=stages,
         teacher_1=data["teacher_1"],
         teacher_2=data.get("teacher_2"),
-        instructor=InstructorConfig(**(data.get("instructor") or {})),
+        instructor=instructor,
     )
 
 

@@ -9,6 +9,7 @@ keeps its own worlds and samples; the first one writes everything else.
 
 from __future__ import annotations
 
+import copy
 import math
 import time
 from collections import defaultdict
@@ -85,6 +86,11 @@ class _Trainer:
         if self.first is not None and self.first.config.memory != config.teacher.memory:
             raise ValueError(f"first_teacher: {config.first_teacher} has memory {self.first.config.memory!r}; "
                              f"valid: {config.teacher.memory!r}")  # fmt: skip
+        if self.first is not None and self.first.config.action != config.teacher.action:
+            raise ValueError(f"first_teacher: {config.first_teacher} says {self.first.config.action!r}; "
+                             f"valid: {config.teacher.action!r}")  # fmt: skip
+        if config.mocap_wheel and not Path(config.mocap_wheel).is_file():
+            raise ValueError(f"mocap_wheel: {config.mocap_wheel} is not a file; valid: an isaaclab wheel")
         output.mkdir(parents=True, exist_ok=True)
         saved = torch.load(resume, weights_only=True) if resume.exists() else None
         own = self._own(saved)
@@ -101,7 +107,6 @@ class _Trainer:
             self.round, self.iteration, self.samples = saved["round"], saved["iteration"], saved["samples"]
             self.turn, minutes = saved["turn"], saved["minutes"]
             self.network.load_state_dict(saved["network"])
-            self.optimizer.load_state_dict(saved["optimizer"])
             self.buffer.restore(own["buffer"])
         self.env = self._make_env()
         if saved is not None:
@@ -110,6 +115,7 @@ class _Trainer:
                 self._begin_ppo()
                 assert self.ppo is not None
                 self.ppo.load(saved["ppo"], None, strict=True)
+            self.optimizer.load_state_dict(saved["optimizer"])  # of imitation; PPO begins with a new one
             torch.set_rng_state(saved["rng"])
         self.curve = TrainingCurve(output, self.samples) if ranks.is_first else None
         self.started = time.time() - 60 * minutes
@@ -306,8 +312,9 @@ class _Trainer:
             generator_state = torch.get_rng_state()
             tasks = share_of_tasks(self.tasks, config.motion_tasks, config.seed, 0)
             motion = record_motion_set(
-                tasks, seed=config.seed, prior=self.prior, num_threads=config.env.num_threads, progress=self.progress
-            )
+                tasks, seed=config.seed, prior=copy.deepcopy(self.prior), num_threads=config.env.num_threads,
+                progress=self.progress,
+            )  # fmt: skip
             if config.mocap_wheel:
                 clips = motion_clips(list(wheel_motions(Path(config.mocap_wheel)).values()), seed=config.seed)
                 motion = motion.joined(clips)

@@ -16,12 +16,14 @@ torchrun --nproc-per-node=2 -m hv_scripts.train_teacher stage=1
 from __future__ import annotations
 
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import yaml
 
 if TYPE_CHECKING:
+    from hv_sim.instructor import InstructorConfig
     from hv_teachers.ranks import Ranks
 
 STAGES = (1, 2, 3, "student")
@@ -73,6 +75,13 @@ def main() -> int:
     return 0
 
 
+def _conditions(instructor: InstructorConfig) -> str:
+    """The instructor's conditions that are not the usual ones, as hv-eval wants them."""
+    usual, own = asdict(type(instructor)()), asdict(instructor)
+    changed = [f"{k}={'null' if v is None else v}" for k, v in own.items() if v != usual[k]]
+    return f" --instructor {' '.join(changed)}" if changed else ""
+
+
 def _train(values: dict[str, Any], ranks: Ranks) -> list[str]:
     """Trains; what to say in the end."""
     from hv_teachers.teacher_config import read_yaml, training_config
@@ -84,7 +93,8 @@ def _train(values: dict[str, Any], ranks: Ranks) -> list[str]:
         recipe = read_recipe(str(values.pop("recipe")))
         folder = Path(str(output or f"runs/teacher/{recipe.name}"))
         train_recipe(recipe, folder, values, ranks=ranks)
-        return [f"teachers: {folder}", f"measure: hv-eval --policy=teacher --weights={folder} --suite=seen"]
+        command = f"hv-eval --policy={folder} --suite=seen --output DIR{_conditions(recipe.instructor)}"
+        return [f"teachers: {folder}", f"measure: {command}"]
     stage = values.pop("stage", None)
     if stage not in STAGES:
         raise ValueError(f"stage: {stage!r} is not valid; valid: {', '.join(map(str, STAGES))} (or recipe=NAME)")

@@ -113,6 +113,8 @@ class DecisionNetwork(nn.Module):
         self.register_buffer("_rest", neutral_intent(1)[0], persistent=False)
         visible = torch.ones(SIGHT_DIM).index_fill(0, torch.tensor(_SHAPES), 0.0)
         self.register_buffer("_visible", visible, persistent=False)
+        known = torch.ones(len(ANCHORS)).index_fill(0, torch.tensor(_UNSEEN_ANCHORS), 0.0)
+        self.register_buffer("_known_anchors", known.repeat_interleave(6), persistent=False)
         self.register_buffer("_one_hot", torch.eye(NUM_PHASES), persistent=False)
         self.register_buffer("_clock_units_s", torch.tensor(_CLOCK_UNITS_S), persistent=False)
 
@@ -150,7 +152,8 @@ class DecisionNetwork(nn.Module):
             geometry: (N, 600).
             memory: (N, 18) after the phase changed; (N, A) the last action in units for `memory: intent`.
         """
-        seen = [self._inputs(sights, memory), anchors.clamp(-1.5, 1.5)]
+        shown = anchors if self.config.route else anchors * self._known_anchors
+        seen = [self._inputs(sights, memory), shown.clamp(-1.5, 1.5)]
         if self.geometry is not None:
             seen.append(self.geometry(geometry))
         hidden = self.trunk(torch.cat(seen, -1))

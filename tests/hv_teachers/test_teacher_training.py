@@ -84,6 +84,30 @@ def test_stopped_early_it_goes_on(whole, tmp_path):
         train_teacher(config(seed=3), tmp_path, progress=False)
 
 
+def test_stopped_at_a_checkpoint_of_ppo_it_goes_on_to_the_bit(whole, tmp_path):
+    prepare(tmp_path)
+    for ppo in (96, 120):
+        train_teacher(config(**{"ppo.samples": ppo}), tmp_path, progress=False)
+    assert curve(tmp_path)[2:] == curve(whole)[2:]
+    first, second = (load_decision(f / "teacher.safetensors").state_dict() for f in (whole, tmp_path))
+    assert all(torch.equal(first[k], second[k]) for k in first)
+
+
+def test_a_motion_set_is_recorded_without_touching_those_who_practise(tmp_path):
+    """Imitation alone, then a motion set of as many robots as practise: their controllers remember what they did."""
+    from hv_teachers.ranks import Ranks
+    from hv_teachers.teacher_training import _Trainer
+
+    trainer = _Trainer(config(**{"motion_tasks": 4}), tmp_path, Ranks(), False)
+    trainer._dagger_round()
+    memory = trainer.prior.memory
+    before = memory.select(torch.arange(4))
+    trainer._begin_ppo()
+    assert trainer.prior.memory is memory
+    for name, value in vars(before).items():
+        assert torch.equal(getattr(memory, name), value), name
+
+
 def test_killed_and_started_again_is_the_same(whole, tmp_path):
     prepare(tmp_path)
     arguments = [f"output={tmp_path}", "dagger.samples=80", "ppo.samples=120", *_flat(TINY)]

@@ -74,6 +74,12 @@ def test_without_the_route_only_section_3_is_seen(action):
         torch.testing.assert_close(
             network(sights, anchors, geometry, memory), network(other, anchors, geometry, memory)
         )
+        moved = anchors.clone().unflatten(-1, (len(ANCHORS), 6))
+        for name in ("grasp", "chest"):  # both follow from the route
+            moved[:, ANCHORS.index(name)] += 0.2
+        torch.testing.assert_close(
+            network(sights, anchors, geometry, memory), network(sights, moved.flatten(1), geometry, memory)
+        )
         other[:, 0] += 1.0
         assert not torch.allclose(network(sights, anchors, geometry, memory), network(other, anchors, geometry, memory))
 
