@@ -164,5 +164,10 @@ class _LeRobotPolicy:
         return torch.from_numpy(np.asarray(action.to("cpu").numpy(), dtype=np.float32))
 
     def fingerprint(self) -> str:
-        files = sorted(p for pattern in _WEIGHTS for p in self.folder.glob(pattern))
-        return f"{self.policy.config.type}-{files_fingerprint(*files)}"
+        return checkpoint_fingerprint(self.folder, self.policy.config.type)
+
+
+def checkpoint_fingerprint(folder: Path, kind: str) -> str:
+    """A hash of the files of a LeRobot policy, after its `type`."""
+    files = sorted(p for pattern in _WEIGHTS for p in folder.glob(pattern))
+    return f"{kind}-{files_fingerprint(*files)}"

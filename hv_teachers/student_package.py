@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from hv_teachers.corrected_student import load_student
+from hv_teachers.evaluated_policies import checkpoint_fingerprint
 from hv_teachers.recording import moved_into_place
 
 _KINDS, _TRAINING_ONLY = (".json", ".safetensors"), ("train_config.json",)
@@ -41,7 +42,7 @@ def pack_student(checkpoint: Path, folder: Path, evaluations: Mapping[str, Path]
         trained: the commands that made it, one per line.
 
     Raises:
-        ValueError: the checkpoint is none, or an evaluation has no `metrics.json`.
+        ValueError: the checkpoint is none, or an evaluation has no `metrics.json` or is of another policy.
     """
     load_student(checkpoint)
     measured = {}
@@ -58,6 +59,10 @@ def pack_student(checkpoint: Path, folder: Path, evaluations: Mapping[str, Path]
         config = json.loads((written / "config.json").read_text())
         config["pretrained_path"] = None  # of the machine that trained it
         (written / "config.json").write_text(json.dumps(config, indent=4) + "\n")
+        same = {checkpoint_fingerprint(place, str(config["type"])) for place in (checkpoint, written)}
+        for suite, metrics in measured.items():
+            if metrics["plan"]["policy_hash"] not in same:
+                raise ValueError(f"evaluation: {evaluations[suite]} is of another policy; valid: of {checkpoint}")
         (written / "README.md").write_text(model_card(config, measured, trained), encoding="utf-8")
 
 

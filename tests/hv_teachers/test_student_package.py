@@ -10,10 +10,11 @@ from policy_samples import TASKS, make_config, make_policy
 
 from hv_policy.modeling_hv import HVPolicy
 from hv_teachers.corrected_student import load_student
+from hv_teachers.evaluated_policies import load_evaluated_policy
 from hv_teachers.student_package import pack_student
 
 METRICS = {
-    "n_episodes": 8, "fall_rate": 0.125, "dist_1": 0.31, "dist_2": 0.62, "plan": {"seed": 7},
+    "n_episodes": 8, "fall_rate": 0.125, "dist_1": 0.31, "dist_2": 0.62,
     "at_0.4": {"success_1": 0.75, "success_2": 0.5, "success_all": 0.5},
     "at_0.2": {"success_1": 0.5, "success_2": 0.25, "success_all": 0.25},
 }  # fmt: skip
@@ -29,9 +30,10 @@ def checkpoint(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def evaluation(tmp_path: Path) -> Path:
+def evaluation(tmp_path: Path, checkpoint: Path) -> Path:
     (tmp_path / "seen").mkdir()
-    (tmp_path / "seen" / "metrics.json").write_text(json.dumps(METRICS))
+    plan = {"seed": 7, "policy_hash": load_evaluated_policy(str(checkpoint)).fingerprint()}
+    (tmp_path / "seen" / "metrics.json").write_text(json.dumps(METRICS | {"plan": plan}))
     return tmp_path / "seen"
 
 
@@ -58,6 +60,11 @@ def test_what_is_missing_is_said_and_nothing_is_left(checkpoint, evaluation, tmp
     folder = tmp_path / "student"
     with pytest.raises(ValueError, match="a folder that hv-eval has finished"):
         pack_student(checkpoint, folder, {"seen": tmp_path}, "")
+    (tmp_path / "other").mkdir()
+    other = METRICS | {"plan": {"seed": 7, "policy_hash": "hv-0123456789abcdef"}}
+    (tmp_path / "other" / "metrics.json").write_text(json.dumps(other))
+    with pytest.raises(ValueError, match="other is of another policy"):
+        pack_student(checkpoint, folder, {"seen": evaluation, "unseen": tmp_path / "other"}, "")
     make_policy().save_pretrained(tmp_path / "direct")
     with pytest.raises(ValueError, match="form direct"):
         pack_student(tmp_path / "direct", folder, {"seen": evaluation}, "")
