@@ -10,7 +10,7 @@ from policy_samples import TASKS, make_config, make_policy
 
 from hv_policy.modeling_hv import HVPolicy
 from hv_teachers.corrected_student import load_student
-from hv_teachers.evaluated_policies import load_evaluated_policy
+from hv_teachers.evaluated_policies import checkpoint_fingerprint
 from hv_teachers.student_package import pack_student
 
 METRICS = {
@@ -32,7 +32,7 @@ def checkpoint(tmp_path: Path) -> Path:
 @pytest.fixture
 def evaluation(tmp_path: Path, checkpoint: Path) -> Path:
     (tmp_path / "seen").mkdir()
-    plan = {"seed": 7, "policy_hash": load_evaluated_policy(str(checkpoint)).fingerprint()}
+    plan = {"seed": 7, "policy_hash": checkpoint_fingerprint(checkpoint, "hv")}
     (tmp_path / "seen" / "metrics.json").write_text(json.dumps(METRICS | {"plan": plan}))
     return tmp_path / "seen"
 
