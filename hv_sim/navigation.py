@@ -33,10 +33,13 @@ SQUAT_ROOM_M, SQUAT_STAND_M = 0.07, 0.45
 TOE_ROOM_M = 0.2
 """How far the way to an object keeps from it, so that the robot does not kick what it is to lift."""
 _STEP_OFF_M, _BACK_OFF_M = 0.2, 1.0
+_SAME_SIDE = 0.8
 UPRIGHT = 0.8
 """Cosine of the tilt from which an object counts as lying on its side."""
 WIDEST_M, TOP_ROOM_M = 0.5, 0.045
 """Of what lies on its side: the most between the hands, and how far below its top they press."""
+SPURNED_M = 5.0
+"""So much longer a way is preferred to a side from which the object was tried in vain once."""
 WINDOW = 10
 """Waypoints among which the nearest is looked for."""
 FAR_M = 1.0
@@ -77,6 +80,7 @@ def plan_subtask(
     robot_xy_m: Point,
     object_pos_w: np.ndarray,
     object_rot_w: np.ndarray | None = None,
+    spurned_rad: np.ndarray | None = None,
 ) -> SubTaskRoute:
     """Chooses the side from which to take the sub-task's object, and the ways to it and with it to the goal.
 
@@ -91,6 +95,8 @@ def plan_subtask(
         robot_xy_m: where the robot is.
         object_pos_w: (K, 3) where the objects are.
         object_rot_w: (K, 3, 3) how they are turned; by default as the task put them.
+        spurned_rad: (M,) yaws in which a robot faced the object when it tried it in vain, once each; those that are not
+            numbers are none. Other sides are preferred.
     """
     k = int(scene.subtask_object[subtask])
     positions = np.asarray(object_pos_w, dtype=float)[: scene.num_objects]
@@ -115,12 +121,14 @@ def plan_subtask(
             lacking = _lacking_room_m(grid, clearance, picks) + _lacking_room_m(grid, clearance, places)
             before, after = _back_off(free, picks), _back_off(free, places)
             straight = np.linalg.norm(before - np.asarray(robot_xy_m)[:2]) + np.linalg.norm(after - before)
-            sides.append((lacking, float(straight), number, picks, places, before, after, (grasp_o, depth)))
-    sides.sort(key=lambda side: (side[0] * 100.0 + side[1], side[2]))
+            extra = lacking * 100.0 + SPURNED_M * _times_spurned(facing, spurned_rad)
+            at_least = extra + float(straight)
+            sides.append((at_least, number, extra, lacking, picks, places, before, after, grasp_o, depth))
+    sides.sort(key=lambda side: side[:2])
 
     best: tuple[float, tuple] | None = None
-    for lacking, straight_m, _, picks, places, before, after, hold in sides:
-        if best is not None and lacking * 100.0 + straight_m >= best[0]:
+    for at_least, _, extra, lacking, picks, places, before, after, *hold in sides:
+        if best is not None and at_least >= best[0]:
             break  # straight lines are no longer than ways
         stand_m = float(np.linalg.norm(picks[:2] - positions[k, :2]))
         around = min(float(np.linalg.norm(half[:2])) + TOE_ROOM_M, stand_m - 0.05)
@@ -129,7 +137,7 @@ def plan_subtask(
         there, onward = np.vstack([np.asarray(robot_xy_m)[:2], to_object]), np.vstack([before, to_goal])
         walk = path_length_m(there) + path_length_m(onward)
         missed = np.linalg.norm(to_object[-1] - before) + np.linalg.norm(to_goal[-1] - after)
-        cost = float(lacking * 100.0 + walk + 100.0 * (missed > 0.5))
+        cost = float(extra + walk + 100.0 * (missed > 0.5))
         if best is None or cost < best[0]:
             best = cost, (picks, places, before, to_object, to_goal, hold, lacking, float(missed))
     assert best is not None
@@ -147,6 +155,10 @@ def plan_subtask(
         ]
     )
     return SubTaskRoute(picks, places, to_object, to_goal, grasp_o, depth, len(back), ahead, lacking, missed)
+
+
+def _times_spurned(facing_rad: float, spurned_rad: np.ndarray | None) -> int:
+    return 0 if spurned_rad is None else int((np.cos(spurned_rad - facing_rad) > _SAME_SIDE).sum())
 
 
 def _ways_to_hold(
@@ -219,6 +231,7 @@ class Navigator:
         robot_pos_w: Tensor,
         object_pos_w: Tensor,
         object_rot_w: Tensor | None = None,
+        spurned_rad: Tensor | None = None,
     ) -> list[SubTaskRoute]:
         """Plans the routes of environments `ids` anew and returns them.
 
@@ -228,13 +241,15 @@ class Navigator:
             robot_pos_w: (N, 2) or (N, 3) where the robots are.
             object_pos_w: (N, K, 3), absent objects' rows ignored.
             object_rot_w: (N, K, 3, 3); by default as the tasks put them.
+            spurned_rad: (N, M) see `plan_subtask`.
         """
         planned = []
         for env in (int(i) for i in ids):
             scene, subtask = self.scenes[env], int(subtask_index[env])
             positions = object_pos_w[env].cpu().numpy()
             rotations = None if object_rot_w is None else object_rot_w[env].cpu().numpy()
-            route = plan_subtask(scene, subtask, robot_pos_w[env, :2].cpu().numpy(), positions, rotations)
+            spurned = None if spurned_rad is None else spurned_rad[env].cpu().numpy()
+            route = plan_subtask(scene, subtask, robot_pos_w[env, :2].cpu().numpy(), positions, rotations, spurned)
             self.take(env, route)
             self._object_start_w[env] = object_pos_w[env, int(scene.subtask_object[subtask])]
             self.progress[env] = 0

@@ -18,7 +18,7 @@ from hv_teachers.corrected_student import CorrectedStudent
 from hv_teachers.knowledge import Knowledge
 from hv_teachers.planner import PlannerConfig, ScriptedPlanner
 from hv_teachers.planner_memory import memory_of
-from hv_teachers.routes import RouteViews, replan_routes
+from hv_teachers.routes import RouteViews, gave_up, replan_routes
 from hv_teachers.teacher import TEACHER_FILES, Teacher, load_shipped_teacher
 
 
@@ -51,11 +51,13 @@ class PlannerExpert(_Does):
         self.knowledge: Knowledge | None = None
         """What it knew when it was last asked."""
         self._rows = torch.arange(num_envs)
+        self._gave_up = torch.zeros(num_envs, dtype=torch.bool)
 
     def reset(self, ids: Tensor | None = None) -> None:
         """Forgets environments `ids` (default: all); needed only between worlds, a new episode is noticed."""
         rows = self._rows if ids is None else torch.as_tensor(ids)
         self.planner.reset(rows)
+        self._gave_up[rows] = False
         self.prior.reset(None if ids is None else rows)
         self.routes.reset(rows)
 
@@ -66,13 +68,17 @@ class PlannerExpert(_Does):
             self.reset(begun if len(begun) < world.num_envs else None)
         # an object that slipped away, or was kicked before it was lifted, needs a new way to it
         kicked = world.navigator.picked_up & (self.planner.phase <= Phase.SQUEEZE)
-        replan_routes(world, ((self.planner.lost | kicked) & ~world.done).nonzero()[:, 0])
+        in_vain = self.planner.lost | self._gave_up
+        self.routes.spurn(in_vain.nonzero()[:, 0])
+        replan_routes(world, ((in_vain | kicked) & ~world.done).nonzero()[:, 0], self.routes.spurned_rad)
         changed = self.routes.follow(world)
         self.planner.reset(changed[~self.planner.lost[changed]])  # a new sub-task, not one that is tried again
         heading = world.heading
         view = self.routes.view(world, heading)
         memory = memory_of(self.planner).vector(view)
+        before = self.planner.phase
         intent = self.planner(view)
+        self._gave_up = gave_up(before, self.planner.phase, self.planner.clock_s)
         self.knowledge = Knowledge.of(view, world.navigator.leg_is_done, memory, self.planner.phase)
         return intent, self.prior(proprioception(world.state, heading), intent)
 

@@ -7,10 +7,14 @@ import torch
 from torch import Tensor
 
 from hv_policy.batch_invariant import atan2
-from hv_policy.decision.view import TaskView
+from hv_policy.decision.view import Phase, TaskView
 from hv_policy.motor import embodiment as body
 from hv_sim.observations import Heading
 from hv_sim.world import RearrangeWorld
+
+SPURNED = 6
+REACH_S, ALIGN_S = 9.0, 20.0
+"""Who reaches or steps into place for longer will not get there from this side."""
 
 
 class RouteViews:
@@ -29,15 +33,27 @@ class RouteViews:
         self.depth_m = torch.zeros(num_envs)
         """(N,) the object's extent along the robot's view."""
         self._last = torch.zeros(num_envs, 2, dtype=torch.long)
+        self.spurned_rad = torch.full((num_envs, SPURNED), torch.nan)
+        """(N, SPURNED) from where the object was tried in vain, the newest first: see `plan_subtask`."""
+        self.subtask = torch.full((num_envs,), -1)
+        """(N,) whose object that is."""
 
     def reset(self, ids: Tensor) -> None:
         """Forgets the routes of environments `ids`, so that the next `follow` finds them new."""
         for i in ids.tolist():
             self._routes[i] = None
+        self.subtask[ids] = -1
+
+    def spurn(self, ids: Tensor) -> None:
+        """In environments `ids` (n,) the object was tried in vain from the side of the present route."""
+        self.spurned_rad[ids] = torch.cat([self.pick_stand[ids, 2:], self.spurned_rad[ids, :-1]], 1)
 
     def follow(self, world: RearrangeWorld) -> Tensor:
         """Takes over what was planned since the last call; returns the ids (n,) of environments with a new route."""
         pairs = enumerate(zip(world.navigator.routes, self._routes, strict=True))
+        other = self.subtask != world.subtask_index
+        self.spurned_rad[other] = torch.nan
+        self.subtask = world.subtask_index.clone()
         changed = [i for i, (route, known) in pairs if route is not known and route is not None]
         for i in changed:
             route = world.navigator.routes[i]
@@ -80,8 +96,17 @@ class RouteViews:
         )
 
 
-def replan_routes(world: RearrangeWorld, ids: Tensor) -> None:
-    """Plans the routes of environments `ids` (n,) anew, from where robot and objects now are."""
+def replan_routes(world: RearrangeWorld, ids: Tensor, spurned_rad: Tensor | None = None) -> None:
+    """Plans the routes of environments `ids` (n,) anew, from where robot and objects now are, rather not facing as in
+    `spurned_rad` (N, M)."""
     if len(ids):
         state = world.state
-        world.navigator.plan(ids, world.subtask_index, state.link_pos_w[:, 0], state.object_pos_w, state.object_rot_w)
+        places = state.link_pos_w[:, 0], state.object_pos_w, state.object_rot_w
+        world.navigator.plan(ids, world.subtask_index, *places, spurned_rad)
+
+
+def gave_up(before: Tensor, phase: Tensor, clock_s: Tensor) -> Tensor:
+    """(N,) bool: an object could not be reached, from phases (N,) before and after a step and the time in it (N,)."""
+    reached_in_vain = (before == Phase.REACH) & (phase == Phase.ALIGN)
+    stuck = ((phase == Phase.REACH) & (clock_s > REACH_S)) | ((phase == Phase.ALIGN) & (clock_s > ALIGN_S))
+    return reached_in_vain | stuck

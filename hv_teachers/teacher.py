@@ -21,7 +21,7 @@ from hv_policy.motor import embodiment as body
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_sim.world import RearrangeWorld
 from hv_teachers.knowledge import Knowledge
-from hv_teachers.routes import RouteViews, replan_routes
+from hv_teachers.routes import RouteViews, gave_up, replan_routes
 from hv_teachers.sight_noise import SightNoise, SightNoiseConfig
 
 WEIGHTS = Path(__file__).resolve().parent / "weights"
@@ -71,17 +71,22 @@ class TeacherSenses:
         """(N, A) in the network's units."""
         self.lost = torch.zeros(num_envs, dtype=torch.bool)
         """(N,) the object slipped away at the last step: a new route to it is needed."""
+        self.gave_up = torch.zeros(num_envs, dtype=torch.bool)
+        """(N,) it could not be reached: it is tried from another side."""
 
     def reset(self, ids: Tensor) -> None:
         """Forgets environments `ids` (n,)."""
         self.routes.reset(ids)
+        self.gave_up[ids] = False
         self.memory.reset(ids)
         self.last_action[ids] = 0.0
         self.lost[ids] = False
 
     def look(self, world: RearrangeWorld) -> Sight:
         """Plans new routes where they are needed, starts anew where a sub-task began, and says what is to be seen."""
-        replan_routes(world, (self._needs_route(world) & ~world.done).nonzero()[:, 0])
+        needs = self._needs_route(world)
+        self.routes.spurn((self.lost | self.gave_up).nonzero()[:, 0])
+        replan_routes(world, (needs & ~world.done).nonzero()[:, 0], self.routes.spurned_rad)
         changed = self.routes.follow(world)
         again = self.lost[changed]
         self.memory.reset(changed[~again])  # a new sub-task, not one that is tried again
@@ -105,7 +110,9 @@ class TeacherSenses:
             for rows, network in _shares(networks, who):
                 logits = network.phase_logits(seen.sights[rows], seen.geometry[rows], before[rows])
                 phase[rows] = logits.argmax(-1)
+        before = self.memory.phase
         self.lost = self.memory.advance(phase, seen.view)
+        self.gave_up = gave_up(before, phase, self.memory.clock_s) & self.remembers_phase
         anchors, memory = self.inputs(seen)
         action = torch.zeros_like(self.last_action)
         for rows, network in _shares(networks, who):
@@ -126,7 +133,7 @@ class TeacherSenses:
     def _needs_route(self, world: RearrangeWorld) -> Tensor:
         if self.remembers_phase:
             kicked = world.navigator.picked_up & (self.memory.phase <= Phase.SQUEEZE)
-            return self.lost | kicked
+            return self.lost | self.gave_up | kicked
         # without a phase: it was moved, lies still, far from the hands and from where it should be
         state, rows = world.state, torch.arange(world.num_envs)
         position = state.object_pos_w[rows, world.object_index]

@@ -38,6 +38,9 @@ def save_env(env: TeacherEnv) -> dict[str, Any]:
         "memory": _tensors(senses.memory),
         "last_action": senses.last_action.clone(),
         "lost": senses.lost.clone(),
+        "gave_up": senses.gave_up.clone(),
+        "spurned": senses.routes.spurned_rad.clone(),
+        "subtask": senses.routes.subtask.clone(),
         "frames": env.history.frames.clone(),
         "fresh": env.history.fresh.clone(),
         "env": {name: getattr(env, name).clone() for name in _ENV},
@@ -54,6 +57,8 @@ def restore_env(env: TeacherEnv, saved: dict[str, Any]) -> None:
     senses.last_action, senses.lost = saved["last_action"].clone(), saved["lost"].clone()
     senses.routes.reset(torch.arange(env.num_envs))
     senses.routes.follow(env.world)  # taken over without starting the memory anew
+    senses.gave_up = saved["gave_up"].clone()
+    senses.routes.spurned_rad, senses.routes.subtask = saved["spurned"].clone(), saved["subtask"].clone()
     env.forget_sight()
     env.history.frames, env.history.fresh = saved["frames"].clone(), saved["fresh"].clone()
     for name in _ENV:
