@@ -11,6 +11,7 @@ from hv_sim.navigation import (
     RETREAT_CLEARANCE_M,
     RETREAT_M,
     ROBOT_RADIUS_M,
+    SPURNED_M,
     STAND_CLEARANCE_M,
     STEP_BACK_M,
     Navigator,
@@ -98,6 +99,23 @@ def test_turned_object_is_taken_from_its_turned_side(scenes):
     turn = (route.pick_stand_xy_yaw[2] - 0.4) / (np.pi / 2)
     assert turn == pytest.approx(round(turn), abs=1e-6)
     np.testing.assert_array_equal(route.grasp_o, scene.grasps_o[k, round(turn) % 4])
+
+
+def test_another_side_is_preferred_to_one_that_was_tried_in_vain(scenes):
+    others = 0
+    for scene in scenes:
+        robot, positions = np.array(scene.task.robot.position_m), _starts(scene)
+        first = plan_subtask(scene, 0, robot, positions)
+        nothing = plan_subtask(scene, 0, robot, positions, None, np.full(6, np.nan))
+        assert np.array_equal(first.pick_stand_xy_yaw, nothing.pick_stand_xy_yaw)
+        yaw = first.pick_stand_xy_yaw[2]
+        second = plan_subtask(scene, 0, robot, positions, None, np.array([yaw, yaw + 0.2, np.nan]))
+        if np.cos(second.pick_stand_xy_yaw[2] - yaw) < 0.8:
+            others += 1
+            assert second.lacking_m <= first.lacking_m + 2 * SPURNED_M / 100, "not where there is no room"
+        else:
+            assert np.array_equal(first.pick_stand_xy_yaw, second.pick_stand_xy_yaw)
+    assert len(scenes) > others >= 2
 
 
 def test_navigator_follows_its_routes(scenes):

@@ -3,9 +3,10 @@
 import numpy as np
 import torch
 
+from hv_policy.decision.view import Phase
 from hv_sim.task import load_task
 from hv_sim.world import RearrangeWorld
-from hv_teachers.routes import RouteViews, replan_routes
+from hv_teachers.routes import ALIGN_S, REACH_S, RouteViews, gave_up, replan_routes
 
 
 def make():
@@ -46,6 +47,34 @@ def test_only_what_was_planned_anew_is_new():
     assert routes.follow(world).tolist() == [0]
     replan_routes(world, torch.zeros(0, dtype=torch.long))
     assert len(routes.follow(world)) == 0
+
+
+def test_what_was_tried_in_vain_is_tried_from_another_side():
+    world, routes = make()
+    routes.follow(world)
+    everyone = torch.arange(2)
+    first = routes.pick_stand[:, 2].clone()
+    for tries in (1, 2, 3):
+        routes.spurn(everyone)
+        assert (~routes.spurned_rad.isnan()).sum(1).tolist() == [tries, tries]
+        replan_routes(world, everyone, routes.spurned_rad)
+        routes.follow(world)
+    assert torch.equal(routes.spurned_rad[:, 2], first), "newest first; which side is next is tested with the ways"
+    world.instructor.num_finished[0] = 1
+    routes.follow(world)
+    assert routes.spurned_rad[0].isnan().all(), "another object"
+    assert not routes.spurned_rad[1].isnan().all()
+
+
+def test_who_reaches_in_vain_gives_up():
+    cases = [
+        (Phase.REACH, Phase.ALIGN, 0.0, True), (Phase.REACH, Phase.SQUEEZE, 0.0, False),
+        (Phase.REACH, Phase.REACH, REACH_S - 1, False), (Phase.REACH, Phase.REACH, REACH_S + 1, True),
+        (Phase.ALIGN, Phase.ALIGN, REACH_S + 1, False), (Phase.ALIGN, Phase.ALIGN, ALIGN_S + 1, True),
+        (Phase.APPROACH, Phase.APPROACH, 99.0, False), (Phase.ALIGN, Phase.APPROACH, 0.0, False),
+    ]  # fmt: skip
+    before, phase = (torch.tensor([int(c[k]) for c in cases]) for k in (0, 1))
+    assert gave_up(before, phase, torch.tensor([c[2] for c in cases])).tolist() == [c[3] for c in cases]
 
 
 def test_the_last_waypoint_of_each_leg():
