@@ -127,7 +127,7 @@ def advance_gait(
     dt, margin = body.CONTROL_DT_S, gait.double_support / 2
     for i in range(len(intent)):
         _carry_along(ref, i, pos, rot, lin_vel, ang_vel, gait, dt)
-        _filter_intent(ref, i, intent, gait, dt)
+        _filter_intent(ref, i, lin_vel, intent, gait, dt)
         _step_clock(ref, i, lin_vel, gait, dt)
 
         # the pelvis sways over the standing foot: raised cosine over the step, toward the stance side
@@ -223,10 +223,13 @@ def _carry_along(
 
 
 @numba.njit(cache=True)
-def _filter_intent(ref: Remembered, i: int, intent: Array, gait: GaitConfig, dt: float) -> None:
+def _filter_intent(ref: Remembered, i: int, lin_vel: Array, intent: Array, gait: GaitConfig, dt: float) -> None:
+    # who cannot step yet does not gather speed: the first step would be one at full speed
+    held = ref.moving[i] < 0.5 and (_is_bent(ref, i, gait) or lin_vel[i, _PELVIS, 2] > gait.rising_m_s)
     for k in range(3):
         limit = gait.max_acceleration[k] * dt
-        ref.velocity[i, k] += clip(intent[i, k] - ref.velocity[i, k], -limit, limit)
+        wanted = 0.0 if held else np.float64(intent[i, k])
+        ref.velocity[i, k] += clip(wanted - ref.velocity[i, k], -limit, limit)
     # no bending while stepping: the feet come to rest first (and from a bend the body rises before it walks off)
     stepping = ref.moving[i] > 0
     height = max(np.float64(intent[i, HEIGHT]), gait.walk_height_m if stepping else -np.inf)
@@ -246,6 +249,12 @@ def _filter_intent(ref: Remembered, i: int, intent: Array, gait: GaitConfig, dt:
 
 
 @numba.njit(cache=True)
+def _is_bent(ref: Remembered, i: int, gait: GaitConfig) -> bool:
+    """The body has been told to be lower, or more bent, than one can walk."""
+    return ref.posture[i, 0] < gait.walk_height_m - 0.05 or ref.posture[i, 1] > gait.walk_pitch_rad + 0.1
+
+
+@numba.njit(cache=True)
 def _step_clock(ref: Remembered, i: int, lin_vel: Array, gait: GaitConfig, dt: float) -> None:
     """Advances the gait phase, changes feet, starts and stops stepping."""
     forward, leftward, turning = ref.velocity[i, 0], ref.velocity[i, 1], ref.velocity[i, 2]
@@ -261,7 +270,7 @@ def _step_clock(ref: Remembered, i: int, lin_vel: Array, gait: GaitConfig, dt: f
         ref.com[i, 1] + 0.28 * lin_vel[i, _PELVIS, 1] - (0.5 * (feet[i, 0, 1] + feet[i, 1, 1]) + sole_y),
     )
     tipping = abs(capture_x) > 0.11 or abs(capture_y) > 0.13
-    bent = ref.posture[i, 0] < gait.walk_height_m - 0.05 or ref.posture[i, 1] > gait.walk_pitch_rad + 0.1
+    bent = _is_bent(ref, i, gait)
     # whoever still rises would leave the ground with the first step
     rising = lin_vel[i, _PELVIS, 2] > gait.rising_m_s and ref.moving[i] < 0.5
     want = ((commanded or awry) and not bent and not rising) or tipping
