@@ -11,7 +11,7 @@ from typing import Any
 
 from hv_sim.suites import SUITES, load_suite
 from hv_teachers.episodes import tasks_fingerprint
-from hv_teachers.evaluation import METRICS_FILE, EvaluationError
+from hv_teachers.evaluation import EPISODES_FILE, METRICS_FILE, EvaluationError
 from hv_teachers.published_results import PUBLISHED_TABLES
 
 EXPERIMENT_FILE = "experiment.json"
@@ -79,7 +79,8 @@ def read_result(path: Path) -> Result:
 
 
 def find_results(folders: Iterable[Path]) -> list[Result]:
-    """Every evaluation in or below some folders, by suite and success.
+    """Every evaluation in or below some folders, by suite and success; one that lies in two places once, where its
+    episodes are.
 
     Raises:
         EvaluationError: a folder does not exist, or a metrics.json is damaged.
@@ -91,6 +92,11 @@ def find_results(folders: Iterable[Path]) -> list[Result]:
         paths = [folder] if folder.is_file() else sorted(folder.rglob(METRICS_FILE))
         paths = [p for p in paths if EARLIER_FOLDER not in p.relative_to(folder).parts]
         found += [read_result(p) for p in paths]
+    once: dict[str, Result] = {}
+    for result in sorted(found, key=lambda r: not (r.folder / EPISODES_FILE).is_file()):
+        figures = {key: result.metrics[key] for key in _NEEDED}
+        once.setdefault(json.dumps([result.system, figures], sort_keys=True), result)
+    found = list(once.values())
     order = {name: i for i, name in enumerate(SUITES)}
     found.sort(key=lambda r: (order.get(r.suite, len(order)), -r.metrics["at_0.4"]["success_all"], r.system))
     return found

@@ -228,8 +228,8 @@ def _filter_intent(ref: Remembered, i: int, lin_vel: Array, intent: Array, gait:
     held = ref.moving[i] < 0.5 and (_is_bent(ref, i, gait) or lin_vel[i, _PELVIS, 2] > gait.rising_m_s)
     for k in range(3):
         limit = gait.max_acceleration[k] * dt
-        wanted = 0.0 if held else np.float64(intent[i, k])
-        ref.velocity[i, k] += clip(wanted - ref.velocity[i, k], -limit, limit)
+        goal = 0.0 if held else np.float64(intent[i, k])
+        ref.velocity[i, k] += clip(goal - ref.velocity[i, k], -limit, limit)
     # no bending while stepping: the feet come to rest first (and from a bend the body rises before it walks off)
     stepping = ref.moving[i] > 0
     height = max(np.float64(intent[i, HEIGHT]), gait.walk_height_m if stepping else -np.inf)

@@ -57,6 +57,15 @@ def test_results_are_found_named_and_ordered(tmp_path):
     assert "*HumanoidVerse-T, published (Table 1)* | 88.8 % | 72.9 % | 72.4 %" in text
 
 
+def test_an_evaluation_in_two_places_is_one(tmp_path):
+    for place in ("results", "outputs"):
+        write(tmp_path / place / "planner-seen", {**metrics(0.7), "experiment": "planner"})
+    (tmp_path / "outputs" / "planner-seen" / "episodes.jsonl").write_text("")
+    write(tmp_path / "other", {**metrics(0.6), "experiment": "planner"})
+    found = find_results([tmp_path / "results", tmp_path / "outputs", tmp_path / "other"])
+    assert [r.folder.relative_to(tmp_path).parts[0] for r in found] == ["outputs", "other"]
+
+
 def test_the_papers_shares_are_whole_numbers_of_episodes():
     for table in PUBLISHED_TABLES:
         episodes = {"seen": 1050, "unseen": 198}[table.suite]
