@@ -378,11 +378,18 @@ def _run(job: _Job) -> list[EpisodeOutcome]:
     return [outcome]
 
 
+def read_timing(folder: Path) -> tuple[int, float]:
+    """How many of a folder's episodes were played in how many seconds, without interruptions; zeros if unknown."""
+    try:
+        timing = json.loads((folder / TIMING_FILE).read_text(encoding="utf-8"))
+        return int(timing["episodes"]), float(timing["seconds"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return 0, 0.0
+
+
 def _add_time(output: Path, episodes: int, seconds: float) -> None:
-    """`timing.json`: how many episodes took how long so far, interruptions left out."""
-    file = output / TIMING_FILE
-    before = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {"episodes": 0, "seconds": 0.0}
-    _write(file, {"episodes": before["episodes"] + episodes, "seconds": round(before["seconds"] + seconds, 1)})
+    before, took_s = read_timing(output)
+    _write(output / TIMING_FILE, {"episodes": before + episodes, "seconds": round(took_s + seconds, 1)})
 
 
 def _write(path: Path, data: dict[str, Any]) -> None:

@@ -19,12 +19,12 @@ from hv_teachers.evaluated_policies import load_evaluated_policy
 from hv_teachers.evaluation import (
     METRICS_FILE,
     PLAN_FILE,
-    TIMING_FILE,
     EvaluationConfig,
     differs,
     evaluate,
     read_outcomes,
     read_plan,
+    read_timing,
     spread,
 )
 from hv_teachers.evaluation import plan_of as evaluation_plan
@@ -250,11 +250,10 @@ def _is_trained(folder: Path) -> bool:
 
 def _seconds_per_episode(folder: Path, sees: bool) -> float:
     """As measured here before; else a figure of ours."""
-    try:
-        timing = json.loads((folder / TIMING_FILE).read_text(encoding="utf-8"))
-        return float(timing["seconds"]) / float(timing["episodes"])
-    except (OSError, ValueError, KeyError, ZeroDivisionError):
-        return SECONDS_PER_SEEN_EPISODE if sees else SECONDS_PER_EPISODE
+    episodes, seconds = read_timing(folder)
+    if episodes:
+        return seconds / episodes
+    return SECONDS_PER_SEEN_EPISODE if sees else SECONDS_PER_EPISODE
 
 
 def _duration(seconds: float) -> str:

@@ -7,7 +7,6 @@ import csv
 import html
 import io
 import itertools
-import json
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -18,7 +17,7 @@ from PIL import Image
 
 from hv_teachers.curves import plot_curve
 from hv_teachers.episodes import FAILURES, PLACED_M, EpisodeOutcome, SubTaskOutcome
-from hv_teachers.evaluation import TIMING_FILE, read_outcomes, typical_outcomes, video_path
+from hv_teachers.evaluation import read_outcomes, read_timing, typical_outcomes, video_path
 from hv_teachers.published_results import PUBLISHED_TABLES, PublishedRow
 from hv_teachers.results import Result
 from hv_teachers.teacher_curve import CURVES
@@ -174,11 +173,8 @@ def _evaluation(result: Result) -> str:
 
 
 def _took(folder: Path) -> str:
-    try:
-        timing = json.loads((folder / TIMING_FILE).read_text(encoding="utf-8"))
-        return f"; {timing['episodes']} episodes took {timing['seconds'] / 60:.1f} minutes"
-    except (OSError, ValueError, KeyError, TypeError):
-        return ""
+    episodes, seconds = read_timing(folder)
+    return f"; {episodes} episodes took {seconds / 60:.1f} minutes" if episodes else ""
 
 
 def _binned(
