@@ -19,7 +19,7 @@ def test_figures_and_tables_of_a_short_run(tmp_path, capsys):
     assert text.startswith("# Scaling\n")
     assert text.endswith(f"{MARKS[1]}\nthe end\n")
     assert "old" not in text
-    assert f"| **{row['share_of_bare']:.0%}** |" in text
+    assert f"| **{row['share_of_bare_without_routes']:.0%}** |" in text
     assert "Growth over the later half" in text
     assert read_tables(tmp_path) in capsys.readouterr().out
     assert main(["environments", f"--output={tmp_path}", *SMALL]) == 0
