@@ -41,7 +41,7 @@ class GaitConfig:
     """Timing and bounds of the reference. The defaults were chosen by survival without learning
     (docs/motor_prior.md)."""
 
-    step_duration_s: float = 0.36
+    step_duration_s: float = 0.30
     double_support: float = 0.2
     half_stance_m: float = 0.095
     clearance_m: float = 0.06
@@ -50,10 +50,10 @@ class GaitConfig:
     sole_centre_m: float = 0.035
     capture_gain_s: float = 0.18
     swing_lead_s: float = 0.05
-    step_ahead: float = 0.4
+    step_ahead: float = 0.28
     travel_share: float = 0.7
     max_acceleration: tuple[float, float, float] = (1.6, 1.2, 4.0)
-    anchor_rate: float = 8.0
+    anchor_rate: float = 10.0
     anchor_bound_m: float = 0.12
     yaw_bound_rad: float = 0.35
     stand_rate: float = 8.0
