@@ -39,7 +39,7 @@ from hv_teachers.motor_scenes import (
 )
 from hv_teachers.planner import PlannerConfig, ScriptedPlanner
 from hv_teachers.postures import reach_posture
-from hv_teachers.regrasp import Regrasp, regrasp
+from hv_teachers.regrasp import Regrasp, grip_ahead, regrasp
 
 PLACED_STEPS, PLACED_M = 45, 0.2
 SHOVE_STEPS = 3
@@ -239,7 +239,7 @@ class MotorEnv:
     def _plan_first(self, rows: Tensor) -> None:
         """The way that the task was drawn with."""
         half, grasp = self.half[rows], self.grasp_height[rows]
-        left = torch.stack([torch.zeros_like(grasp), half[:, 1], grasp], -1)
+        left = torch.stack([grip_ahead(half[:, 0]), half[:, 1], grasp], -1)
         self._way.local[rows] = torch.stack([left * left.new_tensor([1.0, -1.0, 1.0]), left], 1)
         self._way.depth_m[rows], self._way.stand[rows] = 2 * half[:, 0], self.pick_stand[rows]
         self._planned_for[rows] = self.start_pos[rows]
@@ -324,7 +324,7 @@ class MotorEnv:
         holding = (kind == Phase.CARRY) | (kind == Phase.ALIGN_PLACE)
         intent = neutral_intent(n)
         task_half, grasp = self.half[rows], self.grasp_height[rows]
-        ahead = (0.2 + task_half[:, 0]).clamp(min=0.34)
+        ahead, beyond = (0.2 + task_half[:, 0]).clamp(min=0.34), grip_ahead(task_half[:, 0])
         carry_z = (
             torch.maximum(self.start_pos[rows, 2], self.goal_pos[rows, 2]) + self.config.planner.clearance_m
         ).clamp(min=self.config.planner.carry_height_m)
@@ -352,7 +352,9 @@ class MotorEnv:
         back = feet_ahead(low_height, low_pitch) - feet_ahead(height, pitch)
         away = (rest[:, :2] - stand[:, :2]).norm(dim=-1) + back
         gap = torch.where(putting, -0.012, 0.06)
-        grip = torch.stack([torch.stack([away, s * (side + 0.012 + gap), rest[:, 2] + grasp], -1) for s in (-1, 1)], 1)
+        grip = torch.stack(
+            [torch.stack([away + beyond, s * (side + 0.012 + gap), rest[:, 2] + grasp], -1) for s in (-1, 1)], 1
+        )
         height, pitch = torch.where(bent, low_height, height), torch.where(bent, low_pitch, pitch)
         hands = torch.where(bent[:, None, None], grip, hands)
         joints, tilt = standing_pose(height, pitch, hands)
@@ -382,9 +384,8 @@ class MotorEnv:
             task = self.tasks[env]
             if task is not None:
                 if holding[i]:
-                    forward = rotate_xy(place[i : i + 1, 2], torch.stack([ahead[i : i + 1], 0 * ahead[i : i + 1]], -1))[
-                        0
-                    ]
+                    centre = torch.stack([ahead[i] - beyond[i], torch.zeros(())])[None]
+                    forward = rotate_xy(place[i : i + 1, 2], centre)[0]
                     box = [*(place[i, :2] + forward).tolist(), float(carry_z[i]), cy, 0, 0, sy]
                 else:
                     turn = self.rng.uniform(-0.08, 0.08) if not bent[i] else 0.0

@@ -12,6 +12,15 @@ from hv_sim.navigation import LOW_SUPPORT_M, SQUAT_ROOM_M, SQUAT_STAND_M
 
 WIDEST_M = 0.5
 """Between the hands."""
+GRIP_AHEAD_M, GRIP_EDGE_M = 0.055, 0.035
+"""How far beyond the middle of its sides a box is gripped, and how far from their edge at least: hands roll back on it
+as the forearms turn, and what hangs from behind its centre of mass leans away from the robot and tips over."""
+
+
+def grip_ahead(half_depth_m: Tensor) -> Tensor:
+    """(N,) how far beyond the middle a box is gripped whose sides are so deep, m."""
+    return (half_depth_m - GRIP_EDGE_M).clamp(0.0, GRIP_AHEAD_M)
+
 
 
 @dataclass
@@ -52,6 +61,8 @@ def regrasp(pos_w: Tensor, rot_w: Tensor, half_m: Tensor, raise_m: Tensor, robot
             touch = torch.zeros(n, 2, 3)
             touch[rows, 0, across] = -side * half_m[rows, across]
             touch[rows, 1, across] = side * half_m[rows, across]
+            forward = torch.sign((rot_w[rows, :, along][:, :2] * facing).sum(-1)) * grip_ahead(half_m[rows, along])
+            touch[rows, :, along] = forward[:, None]
             highest = (half_m[rows, vertical] - 0.05).clamp(min=0.0)
             touch[rows, :, vertical] = (up_sign * torch.minimum(raise_m, highest))[:, None]
             extent = 2 * half_m[rows, along]

@@ -4,7 +4,7 @@ import numpy as np
 import torch
 from scipy.spatial.transform import Rotation
 
-from hv_teachers.regrasp import WIDEST_M, regrasp
+from hv_teachers.regrasp import GRIP_AHEAD_M, WIDEST_M, grip_ahead, regrasp
 
 
 def test_hands_touch_opposite_upright_faces_left_and_right_of_the_robot():
@@ -23,11 +23,16 @@ def test_hands_touch_opposite_upright_faces_left_and_right_of_the_robot():
     left = torch.stack([-facing[:, 1], facing[:, 0]], -1)
     right_hand, left_hand = touch[:, 0, :2] - pos[:, :2], touch[:, 1, :2] - pos[:, :2]
     # opposite each other across the view, as high as each other and not below the centre
-    torch.testing.assert_close(right_hand, -left_hand, atol=1e-4, rtol=0)
+    beyond = (left_hand * facing).sum(-1)
+    middle = beyond[:, None] * facing
+    torch.testing.assert_close(right_hand - middle, middle - left_hand, atol=1e-4, rtol=0)
     assert ((left_hand * left).sum(-1) > 0.07).all()
-    assert ((left_hand * facing).sum(-1).abs() < 1e-4).all()
+    # a little beyond the middle, so that the box does not lean away
+    torch.testing.assert_close(beyond, grip_ahead(way.depth_m / 2), atol=1e-4, rtol=0)
+    assert (beyond > 0.04).all()
+    assert beyond.max() <= GRIP_AHEAD_M + 1e-4
     assert (touch[:, :, 2] >= pos[:, None, 2] - 1e-5).all()
-    assert (2 * left_hand.norm(dim=-1) <= WIDEST_M + 1e-5).all()
+    assert (2 * (left_hand * left).sum(-1) <= WIDEST_M + 1e-5).all()
     # the robot stands before the box and looks at it
     ahead = ((pos[:, :2] - way.stand[:, :2]) * facing).sum(-1)
     assert (ahead > 0.35).all()
