@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from hv_sim.lying_grasps import press_points
 from hv_sim.paths import (
     ROBOT_RADIUS_M,
     OccupancyGrid,
@@ -36,8 +37,10 @@ _STEP_OFF_M, _BACK_OFF_M = 0.2, 1.0
 _SAME_SIDE = 0.8
 UPRIGHT = 0.8
 """Cosine of the tilt from which an object counts as lying on its side."""
-WIDEST_M, TOP_ROOM_M = 0.5, 0.045
-"""Of what lies on its side: the most between the hands, and how far below its top they press."""
+TOP_ROOM_M = 0.045
+"""How far below the top of what lies and offers no faces the hands press."""
+WORSE_M = 0.05
+"""Ways to hold what lies whose points are so much farther from where they should be than the best ones' do not count."""
 SPURNED_M = 5.0
 """So much longer a way is preferred to a side from which the object was tried in vain once."""
 WINDOW = 10
@@ -172,24 +175,42 @@ def _ways_to_hold(
             turn = i * np.pi / 2
             yield scene.grasps_o[k, i], 2 * float(half[i % 2]), yaw + turn, [goal_yaw + turn]
         return
-    # it lies on a side: press what stands upright along the axis that lies flattest, or across that, and turn it at the
-    # goal as there is room
+    # it lies: press what faces the hands, along the axis that lies flattest or across that, and turn it at the goal as
+    # there is room
     flattest = int(np.abs(rotation[2]).argmin())
     first = rotation[:2, flattest] / np.linalg.norm(rotation[:2, flattest])
-    level = np.array([[*first, 0.0], [-first[1], first[0], 0.0]])
-    extent = [float(half[int(np.abs(rotation.T @ direction).argmax())]) for direction in level]
+    thing = scene.built[k]
+    ways = []
+    for ahead in (np.array([*first, 0.0]), np.array([-first[1], first[0], 0.0])):
+        for ahead_w in (ahead, -ahead):
+            ahead_o, up_o = rotation.T @ ahead_w, rotation[2]
+            found = press_points(thing.parts, thing.com_m, ahead_o, up_o, half)
+            if found is not None:
+                ways.append((found[1], found[0], ahead_w, 2 * float(np.abs(ahead_o) @ half)))
+    if not ways:
+        ways = list(_by_extent(half, rotation, first))
+    best = min(way[0] for way in ways)
+    for off, grasp, ahead_w, depth in ways:
+        if off < best + WORSE_M:
+            facing = float(np.arctan2(ahead_w[1], ahead_w[0]))
+            yield grasp, depth, facing, [goal_yaw + i * np.pi / 2 for i in range(4)]
+
+
+def _by_extent(
+    half: np.ndarray, rotation: np.ndarray, level: np.ndarray
+) -> Iterator[tuple[float, np.ndarray, np.ndarray, float]]:
+    """Ways to hold what offers no faces (nought, grasp, where to face, depth): by its bounding box, where it is
+    narrowest."""
+    directions = np.array([[*level, 0.0], [-level[1], level[0], 0.0]])
+    extent = np.abs(directions @ rotation) @ half
+    across = int(extent.argmin())
     upward = rotation[2]
-    half_height = float(half[int(np.abs(upward).argmax())])
-    up = min(half_height / 2, max(0.0, half_height - TOP_ROOM_M))
-    ways = [(across, 1 - across) for across in (0, 1) if 2 * extent[across] <= WIDEST_M]
-    for across, along in ways or [(int(np.argmin(extent)), int(np.argmax(extent)))]:
-        for sign in (1.0, -1.0):
-            ahead = sign * level[along, :2]
-            left_w = np.array([-ahead[1], ahead[0], 0.0])
-            left = extent[across] * (rotation.T @ left_w)
-            grasp = np.stack([left, -left]) + up * upward
-            facing = float(np.arctan2(ahead[1], ahead[0]))
-            yield grasp, 2 * extent[along], facing, [goal_yaw + i * np.pi / 2 for i in range(4)]
+    half_height = float(np.abs(upward) @ half)
+    up = min(half_height / 2, max(0.0, half_height - TOP_ROOM_M)) * upward
+    for sign in (1.0, -1.0):
+        ahead = sign * directions[1 - across]
+        left = extent[across] * (rotation.T @ np.array([-ahead[1], ahead[0], 0.0]))
+        yield 0.0, np.stack([left, -left]) + up, ahead, 2 * float(extent[1 - across])
 
 
 class Navigator:

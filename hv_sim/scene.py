@@ -54,6 +54,7 @@ class Scene:
         task: what it was made from.
         object_names: K names.
         half_extents_m: (K, 3) of the objects' bounding boxes, in whose centres the object frames sit.
+        built: the K objects as they were made.
         bps: (K, 200, 3) float32 basis point sets (`hv_sim.basis_point_set`).
         grasps_o: (K, 4, 2, 3) contact points in the object's frame of the (left, right) hand of a robot that faces
             along the object's +x, +y, -x, -y axis.
@@ -70,6 +71,7 @@ class Scene:
     task: Task
     object_names: tuple[str, ...]
     half_extents_m: np.ndarray
+    built: tuple[BuiltObject, ...]
     bps: np.ndarray
     grasps_o: np.ndarray
     grasp_ok: np.ndarray
@@ -134,6 +136,7 @@ def compile_scene(task: Task, *, physics_hz: int = 120) -> Scene:
         task=task,
         object_names=names,
         half_extents_m=np.stack([b.half_extents_m for b in built]),
+        built=tuple(built),
         bps=np.stack([basis_point_set(b.parts) for b in built]),
         grasps_o=np.stack([b.grasps_o for b in built]),
         grasp_ok=np.stack([b.grasp_ok for b in built]),
