@@ -63,8 +63,8 @@ def press_points(
 
 
 def first_hit_m(parts: Sequence[Part], origins: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """(M,) how far rays from (M, 3) outside, all in one (3,) unit direction, go to the first part that collides; infinite
-    where there is none."""
+    """(M,) how far rays from (M, 3) outside, all in one (3,) unit direction, go to the first part that collides;
+    infinite where there is none."""
     first = np.full(len(origins), np.inf)
     for part in parts:
         if part.collides:

@@ -40,7 +40,7 @@ UPRIGHT = 0.8
 TOP_ROOM_M = 0.045
 """How far below the top of what lies and offers no faces the hands press."""
 WORSE_M = 0.05
-"""Ways to hold what lies whose points are so much farther from where they should be than the best ones' do not count."""
+"""Ways to hold what lies do not count if their points are so much farther from where they should be than the best."""
 SPURNED_M = 5.0
 """So much longer a way is preferred to a side from which the object was tried in vain once."""
 WINDOW = 10

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hv_sim.lying_grasps import first_hit_m
 from hv_sim.object_kinds.containers import CONTAINERS
 from hv_sim.object_kinds.decor import DECOR
 from hv_sim.object_kinds.electronics import ELECTRONICS
@@ -28,6 +29,9 @@ from hv_sim.user_objects import user_kinds
 BELOW_TOP_M, PATCH_M, FLUSH_M = 0.05, 0.02, 0.012
 """How far below the upper edge of a face a hand presses, half of the patch that it needs, and how far inside the
 bounding box that may lie."""
+AHEAD_M, EDGE_M = (0.055, 0.045, 0.035, 0.025, 0.015), 0.035
+"""How far beyond the middle of a face, seen from the robot, hands press, the most first, and how much face they need
+farther on. They roll back by 3 cm until an object is put down; what hangs from behind its centre of mass tips over."""
 GRASP_WIDTH_M = (0.15, 0.45)
 """Narrowest and widest distance between the hands."""
 MASS_KG = (0.3, 15.0)
@@ -126,7 +130,24 @@ def propose_grasps(parts: Sequence[Part], blocked: Sequence[int] = ()) -> tuple[
         height = heights[pressed]
         grasps[i, :, 2] = 0.0 if height is None else height
         ok[i] = height is not None and i not in blocked
+        if ok[i]:
+            grasps[i] = _further_ahead(parts, grasps[i], np.array([np.cos(angle), np.sin(angle), 0.0]).round(12))
     return grasps, ok
+
+
+def _further_ahead(parts: Sequence[Part], grasp: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """(2, 3) contact points as far in a direction as the faces at (2, 3) go on, at most by the first of `AHEAD_M`."""
+    outward = (grasp[0] - grasp[1]) / np.linalg.norm(grasp[0] - grasp[1])
+    by = np.asarray(AHEAD_M)
+    reached, there = np.ones(len(by), dtype=bool), []
+    for point, out in zip(grasp, (outward, -outward), strict=True):
+        start = point + 3 * FLUSH_M * out
+        reached &= first_hit_m(parts, start + (by + EDGE_M)[:, None] * ahead, -out) < 4 * FLUSH_M
+        inward = first_hit_m(parts, start + by[:, None] * ahead, -out).clip(max=1.0)  # finite where it counts
+        there.append(start + by[:, None] * ahead - inward[:, None] * out)
+    if not reached.any():
+        return grasp
+    return np.stack(there, 1)[int(reached.argmax())]
 
 
 def _pressed_height_m(solid: Sequence[Prism], half: np.ndarray, axis: int) -> float | None:
