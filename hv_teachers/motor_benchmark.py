@@ -23,7 +23,8 @@ INTENT_S, CARRY_S, PUSH_S = 20.0, 60.0, 8.0
 PUSH_N_S = 30.0
 CARRY_RADIUS_M = 0.2
 STANDING_AFTER_S = 3.0
-STRIDE_STEPS = 26
+AVERAGED_STEPS = 26
+"""Over which velocity and turning are averaged, .87 s: one and a half strides, in which the sway cancels out."""
 SETTLED_STEPS = 45
 """How long an intent has been in force before the hands are measured."""
 LOADS = LoadRange(walk_m=(2.0, 2.5))
@@ -88,8 +89,8 @@ def _advance(env: MotorEnv) -> None:
 
 
 def _intents(env: MotorEnv, bar: tqdm) -> dict[str, Tensor]:
-    """Velocity and turning are compared with the rate-limited command, averaged over a stride so that sway does not
-    count; hands with the intent itself. A robot is measured until it falls."""
+    """Velocity and turning are compared with the rate-limited command, averaged over `AVERAGED_STEPS` so that sway
+    does not count; hands with the intent itself. A robot is measured until it falls."""
     fallen = torch.zeros(env.num_envs, dtype=torch.bool)
     velocity, yaw, standing, walking = [], [], [], []
     window: list[tuple[Tensor, Tensor]] = []
@@ -111,9 +112,9 @@ def _intents(env: MotorEnv, bar: tqdm) -> dict[str, Tensor]:
         assert memory is not None
         planar = heading.rotate(state.link_lin_vel_w[:, 0])[:, :2]
         window.append((torch.cat([planar, turned[:, None] / body.CONTROL_DT_S], -1), memory.velocity.clone()))
-        window = window[-STRIDE_STEPS:]
+        window = window[-AVERAGED_STEPS:]
         moves = command[:, VELOCITY].abs().amax(-1) > 0.1
-        if step > 30 and len(window) == STRIDE_STEPS:
+        if step > 30 and len(window) == AVERAGED_STEPS:
             error = torch.stack([m for m, _ in window]).mean(0) - torch.stack([c for _, c in window]).mean(0)
             walks = command[:, VELOCITY][:, :2].abs().amax(-1) > 0.1
             velocity.append(error[walks & ~fallen, :2].norm(dim=-1))

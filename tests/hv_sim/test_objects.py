@@ -66,6 +66,15 @@ def test_hands_can_press_the_grasp_points(kind):
                 assert distance == pytest.approx(0.5, abs=1e-6), f"{kind} at {height:+g} m"
 
 
+@pytest.mark.parametrize(("kind", "ahead_m"), [("crate", 0.055), ("pouf", 0.025), ("vase", 0.015)])
+def test_hands_press_beyond_the_middle_where_there_is_room(kind, ahead_m):
+    """Flat sides all the way, round ones as far as they hardly turn away."""
+    built = build_object(kind)
+    for i, grasp in enumerate(built.grasps_o):
+        facing = np.array([np.cos(i * np.pi / 2), np.sin(i * np.pi / 2), 0.0])
+        np.testing.assert_allclose(grasp @ facing, ahead_m, atol=1e-9)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_sizes_and_colors_are_taken(kind):
     spec = OBJECT_KINDS[kind]

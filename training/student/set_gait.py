@@ -28,6 +28,7 @@ def main(checkpoint: str, *networks: str) -> None:
         weights.update(own)
     written = file.with_suffix(".tmp")
     save_file(weights, written, metadata={"format": "pt"})
+    written.chmod(file.stat().st_mode)
     written.replace(file)
 
 
