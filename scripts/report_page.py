@@ -275,7 +275,7 @@ def _bar(share: float, low: float | None = None, high: float | None = None) -> s
 
 
 def _share(value: float | None) -> str:
-    return "" if value is None else f"{100 * value:.1f} %"
+    return "" if value is None else f"{100 * value:.1f}&nbsp;%"
 
 
 def _anchor(result: Result) -> str:

@@ -49,13 +49,13 @@ def test_the_page_holds_the_figures_and_the_films(folder, tmp_path, capsys):
     assert report.main([str(folder), "--output", str(page)]) == 0
     assert "1 evaluations, 0 trainings" in capsys.readouterr().out
     text = page.read_text()
-    assert "50.0 %" in text, "two of four episodes"
+    assert "50.0&nbsp;%" in text, "two of four episodes"
     assert "dropped: 1 of 8 (12.5 %)" in text
     assert "fell: 2 of 8 (25.0 %)" in text
     assert text.count("<video") == 1, "of the fall; nobody filmed the drop"
     assert "best: seen_000" in text
     assert "worst: seen_002" in text
-    assert "72.4 %" in text, "the paper's"
+    assert "72.4&nbsp;%" in text, "the paper's"
     assert not re.search(r"(src|href)=['\"](?!data:|#)", text), "it needs nothing beside it"
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
 
