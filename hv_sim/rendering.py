@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 HEAD_CAMERA = "head"
 VIDEO_HEIGHT_PX, VIDEO_WIDTH_PX = 336, 672
 _CAPTION_HEIGHT_PX = 48
-_THIRD_PERSON_DISTANCE_M = 3.8
+THIRD_PERSON_DISTANCE_M, NEAR_VIEW_M = 3.8, 2.2
+"""How far from the robot it is filmed; and from nearer than the second only where no corner of the room is better."""
 _ONE_AT_A_TIME = threading.RLock()
 """Software OpenGL draws in one thread of a process at a time: in two it has crashed."""
 _HANGS_ON_WALL_M = 0.058
@@ -259,7 +260,7 @@ def _is_static(geom: mujoco.MjvGeom, model: mujoco.MjModel) -> bool:
 
 
 def third_person_camera(
-    look_at_w: np.ndarray, corner_w: np.ndarray, distance_m: float = _THIRD_PERSON_DISTANCE_M
+    look_at_w: np.ndarray, corner_w: np.ndarray, distance_m: float = THIRD_PERSON_DISTANCE_M
 ) -> mujoco.MjvCamera:
     """A camera on the line from the point looked at to an upper corner of the room, so no wall hides the robot.
 
@@ -279,15 +280,50 @@ def third_person_camera(
     return camera
 
 
+def upper_corners(low_xy_m: np.ndarray, high_xy_m: np.ndarray, height_m: float = 2.3) -> np.ndarray:
+    """(4, 3) places for a camera in the corners of a room, a little inside."""
+    inset = np.minimum(0.3, (np.asarray(high_xy_m) - np.asarray(low_xy_m)) / 4)
+    low, high = np.asarray(low_xy_m) + inset, np.asarray(high_xy_m) - inset
+    return np.array([[x, y, height_m] for x in (low[0], high[0]) for y in (low[1], high[1])])
+
+
 def best_corner(
     low_xy_m: np.ndarray, high_xy_m: np.ndarray, points_xy_m: np.ndarray, height_m: float = 2.3
 ) -> np.ndarray:
     """(3,) the upper corner of a room from which the points (P, 2), where things happen, are seen from nearest 4 m."""
-    inset = np.minimum(0.3, (np.asarray(high_xy_m) - np.asarray(low_xy_m)) / 4)
-    low, high = np.asarray(low_xy_m) + inset, np.asarray(high_xy_m) - inset
-    corners = np.array([[x, y] for x in (low[0], high[0]) for y in (low[1], high[1])])
-    distances = np.linalg.norm(corners[:, None] - np.asarray(points_xy_m)[None], axis=-1)
-    return np.append(corners[np.abs(distances - 4.0).mean(axis=1).argmin()], height_m)
+    corners = upper_corners(low_xy_m, high_xy_m, height_m)
+    distances = np.linalg.norm(corners[:, None, :2] - np.asarray(points_xy_m)[None], axis=-1)
+    return corners[np.abs(distances - 4.0).mean(axis=1).argmin()]
+
+
+def unhidden_m(model: mujoco.MjModel, data: mujoco.MjData, look_at_w: np.ndarray, corner_w: np.ndarray) -> float:
+    """How far a camera may be from a point (3,), toward a corner (3,), with no furniture between them, m."""
+    start, toward = np.asarray(look_at_w, dtype=float), np.asarray(corner_w, dtype=float) - look_at_w
+    length = float(np.linalg.norm(toward))
+    toward, gone, geom = toward / max(length, 1e-6), 0.0, np.zeros(1, dtype=np.int32)
+    while gone < length:
+        hit = mujoco.mj_ray(model, data, start + gone * toward, toward, None, 1, -1, geom)
+        if hit < 0:
+            return length
+        gone += hit
+        if model.geom_bodyid[geom[0]] == 0:
+            return min(gone, length)
+        gone += 0.02  # the robot itself, or what it carries
+    return length
+
+
+def clearest_corner(
+    model: mujoco.MjModel, data: mujoco.MjData, look_at_w: np.ndarray, corners_w: np.ndarray, present_w: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """The corner (3,) to film from, and how near the camera must be there: the present one, unless furniture hides the
+    point looked at from nearer than `NEAR_VIEW_M`."""
+    nearest = unhidden_m(model, data, look_at_w, present_w)
+    if nearest < NEAR_VIEW_M:
+        free = [unhidden_m(model, data, look_at_w, corner) for corner in corners_w]
+        best = int(np.argmax(np.minimum(free, THIRD_PERSON_DISTANCE_M)))
+        if free[best] > nearest + 0.5:
+            return corners_w[best], free[best]
+    return present_w, nearest
 
 
 def compose_video_frame(third_person: np.ndarray, head: np.ndarray, caption: str) -> np.ndarray:

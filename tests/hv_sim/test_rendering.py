@@ -15,9 +15,12 @@ from hv_sim.mujoco_physics import MujocoPhysics
 from hv_sim.rendering import (
     CameraRenderer,
     best_corner,
+    clearest_corner,
     compose_video_frame,
     third_person_camera,
     third_person_size_px,
+    unhidden_m,
+    upper_corners,
 )
 
 
@@ -183,6 +186,27 @@ def test_the_best_corner_is_inside_the_room_and_not_on_top_of_the_action():
     assert corner[2] > 2
     assert (np.abs(corner[:2]) < 3).all()
     assert np.linalg.norm(corner[:2] - [2.5, 2.5]) > 3
+
+
+def test_a_shelf_between_moves_the_camera_to_another_corner():
+    spec = mujoco.MjSpec()
+    body = spec.worldbody.add_body(pos=[0, 0, 0.8])
+    body.add_freejoint()
+    body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.2, 0, 0], mass=1)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=[1.2, 0, 1], size=[0.1, 3, 1])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    corners = upper_corners(np.array([-3.0, -3.0]), np.array([3.0, 3.0]))
+    robot, hidden = np.array([0.0, 0.0, 0.8]), corners[3]
+    along = np.linalg.norm(hidden - robot) / hidden[0]
+    assert unhidden_m(model, data, robot, hidden) == pytest.approx(1.1 * along), "the shelf's face, not the robot's own"
+    assert unhidden_m(model, data, robot, corners[0]) == pytest.approx(np.linalg.norm(corners[0] - robot))
+    corner, free_m = clearest_corner(model, data, robot, corners, hidden)
+    assert corner[0] < 0
+    assert free_m > 3.8
+    # from there it stays, and where all is free it never moves
+    assert (clearest_corner(model, data, robot, corners, corner)[0] == corner).all()
 
 
 def test_video_frame_has_three_parts():
