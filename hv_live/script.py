@@ -22,7 +22,7 @@ import numpy as np
 from hv_live.simulation import Simulation
 from hv_live.understanding import MAX_SENTENCE
 from hv_sim.humanoid import CONTROL_HZ
-from hv_sim.rendering import CameraRenderer, best_corner, compose_video_frame, third_person_camera, third_person_size_px
+from hv_sim.rendering import CameraRenderer, best_corner, compose_video_frame, follow_camera, third_person_size_px
 
 VIDEO_FPS = 15
 LONGEST_S = 3600.0
@@ -161,13 +161,15 @@ class _Camera:
         self._renderer = CameraRenderer(*third_person_size_px(), max_scenes=1)
         world, task = live.world, live.task
         places = [o.position_m[:2] for o in task.objects] + [s.goal_position_m[:2] for s in task.subtasks]
-        self._corner_w = best_corner(*world.room_bounds_xy_m(0), np.array([task.robot.position_m, *places]))
+        self._bounds = world.room_bounds_xy_m(0)
+        self._corner_w = best_corner(*self._bounds, np.array([task.robot.position_m, *places]))
 
     def picture(self) -> np.ndarray:
         physics = self._live.world.physics
         x, y, _ = self._live.world.robot_xy_yaw()
-        camera = third_person_camera(np.array([x, y, 0.8]), self._corner_w)
-        third_person = self._renderer.render(physics.model(0), physics.data(0), camera)
+        model, data = physics.model(0), physics.data(0)
+        camera, self._corner_w = follow_camera(model, data, np.array([x, y]), self._bounds, self._corner_w)
+        third_person = self._renderer.render(model, data, camera)
         return compose_video_frame(third_person, self._live.head_picture(), self._live.instruction)
 
     def close(self) -> None:

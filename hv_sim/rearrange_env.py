@@ -17,16 +17,7 @@ from hv_sim.humanoid import CONTROL_HZ, JOINT_RANGE_RAD
 from hv_sim.instructor import InstructorConfig
 from hv_sim.observations import PROPRIOCEPTION_DIM
 from hv_sim.physics_backends import check_backend
-from hv_sim.rendering import (
-    THIRD_PERSON_DISTANCE_M,
-    CameraRenderer,
-    best_corner,
-    clearest_corner,
-    compose_video_frame,
-    third_person_camera,
-    third_person_size_px,
-    upper_corners,
-)
+from hv_sim.rendering import CameraRenderer, best_corner, compose_video_frame, follow_camera, third_person_size_px
 from hv_sim.task import Task, load_task
 from hv_sim.world import RearrangeWorld
 
@@ -198,9 +189,8 @@ class RearrangeEnv(gym.Env[dict[str, Any], np.ndarray]):
             bounds = world.room_bounds_xy_m(0)
             if self._corner_w is None:
                 self._corner_w = best_corner(*bounds, world.places_xy_m(0))
-            look_at = np.append(world.state.link_pos_w[0, 0, :2].numpy(), 0.8)
-            self._corner_w, free_m = clearest_corner(model, data, look_at, upper_corners(*bounds), self._corner_w)
-            camera = third_person_camera(look_at, self._corner_w, min(THIRD_PERSON_DISTANCE_M, free_m - 0.1))
+            robot_xy_m = world.state.link_pos_w[0, 0, :2].numpy()
+            camera, self._corner_w = follow_camera(model, data, robot_xy_m, bounds, self._corner_w)
             third_person = self._third_person_renderer.render(model, data, camera)
             self._video_frame = compose_video_frame(third_person, self._head_picture(), self.task_description)
         return self._video_frame.copy()

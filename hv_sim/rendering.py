@@ -326,6 +326,26 @@ def clearest_corner(
     return present_w, nearest
 
 
+def follow_camera(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    robot_xy_m: np.ndarray,
+    bounds_xy_m: tuple[np.ndarray, np.ndarray],
+    corner_w: np.ndarray,
+) -> tuple[mujoco.MjvCamera, np.ndarray]:
+    """The camera of a film, and the corner (3,) that it is in, which is the one of the frame before if that will do.
+
+    Args:
+        model, data: of the scene.
+        robot_xy_m: (2,) where the robot is.
+        bounds_xy_m: lowest and highest x and y (2,) of the room.
+        corner_w: (3,) of the frame before; of `best_corner` for the first.
+    """
+    look_at = np.append(robot_xy_m, 0.8)
+    corner_w, free_m = clearest_corner(model, data, look_at, upper_corners(*bounds_xy_m), corner_w)
+    return third_person_camera(look_at, corner_w, min(THIRD_PERSON_DISTANCE_M, free_m - 0.1)), corner_w
+
+
 def compose_video_frame(third_person: np.ndarray, head: np.ndarray, caption: str) -> np.ndarray:
     """(336, 672, 3) uint8: third person on the left, head camera on the right, the instruction underneath."""
     height = VIDEO_HEIGHT_PX - _CAPTION_HEIGHT_PX
