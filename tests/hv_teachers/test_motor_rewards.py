@@ -34,7 +34,7 @@ def test_each_term_falls_with_its_error():
     raised = env._state.link_pos_w + torch.tensor([0.0, 0.0, 0.3])
     assert (terms_of(env, link_pos_w=raised)["posture"] < plain["posture"]).all()
     hands = env._state.link_pos_w.clone()
-    hands[:, body.HANDS] += torch.tensor([0.2, 0.0, 0.0])
+    hands[:, body.HANDS] += torch.tensor([0.5, 0.0, 0.0])  # more than they may be away on the other side
     assert (terms_of(env, link_pos_w=hands)["hands"] < plain["hands"]).all()
     feet = env._state.link_pos_w.clone()
     feet[:, body.FEET] += torch.tensor([0.0, 0.0, 0.2])
