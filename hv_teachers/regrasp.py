@@ -9,18 +9,15 @@ from torch import Tensor
 
 from hv_policy.batch_invariant import atan2
 from hv_sim.navigation import LOW_SUPPORT_M, SQUAT_ROOM_M, SQUAT_STAND_M
+from hv_sim.objects import AHEAD_M, EDGE_M
 
 WIDEST_M = 0.5
 """Between the hands."""
-GRIP_AHEAD_M, GRIP_EDGE_M = 0.055, 0.035
-"""How far beyond the middle of its sides a box is gripped, and how far from their edge at least: hands roll back on it
-as the forearms turn, and what hangs from behind its centre of mass leans away from the robot and tips over."""
 
 
 def grip_ahead(half_depth_m: Tensor) -> Tensor:
-    """(N,) how far beyond the middle a box is gripped whose sides are so deep, m."""
-    return (half_depth_m - GRIP_EDGE_M).clamp(0.0, GRIP_AHEAD_M)
-
+    """(N,) how far beyond its middle a box is gripped whose sides are so deep, m; as any object's (`hv_sim.objects`)."""
+    return (half_depth_m - EDGE_M).clamp(0.0, max(AHEAD_M))
 
 
 @dataclass
