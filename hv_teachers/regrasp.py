@@ -16,7 +16,7 @@ WIDEST_M = 0.5
 
 
 def grip_ahead(half_depth_m: Tensor) -> Tensor:
-    """(N,) how far beyond their middle a box is gripped whose sides are so deep, m; as any object (`hv_sim.objects`)."""
+    """(N,) how far beyond its middle a side so deep is gripped, m; as any object is (`hv_sim.objects`)."""
     return (half_depth_m - EDGE_M).clamp(0.0, max(AHEAD_M))
 
 
