@@ -57,7 +57,7 @@ class TeacherEnvConfig:
     instructor: InstructorConfig = field(default_factory=InstructorConfig)
     """Algorithm 3; `null` for a threshold is an ablation of the paper."""
     end_when_placed: bool = False
-    """An episode ends as soon as the planner would let go: no release stage (HumanVLA)."""
+    """An episode ends as soon as the planner, asked for a label, would let go: Stage 1 (and HumanVLA) ends there."""
     end_when_fallen: bool = True
     num_threads: int = 0
     physics: str = "cpu"
@@ -149,6 +149,7 @@ class TeacherEnv:
         self._points = torch.zeros(self.num_envs, 3, 200).mT
         self._points_of = torch.full((self.num_envs,), -1)
         self._seen: Sight | None = None
+        self._placed = torch.zeros(self.num_envs, dtype=torch.bool)  # the planner would let go now
         self.ended: dict[str, float] = {}
         """Sums over the episodes that ended in the last step."""
         self.begin(self._rows)
@@ -215,6 +216,7 @@ class TeacherEnv:
             anchors, inputs = self.senses.inputs(seen)
         action = intent if self.teacher.action == "intent" else self.prior(seen.proprioception, intent)
         lost = self.planner.lost.clone()
+        self._placed = after.phase >= Phase.RELEASE
         return Label(before, after.phase, inputs, anchors, self.units.to_units(action), lost, after)
 
     def follow(self, label: Label, chosen: Tensor, decision: Decision) -> Tensor:
@@ -253,8 +255,9 @@ class TeacherEnv:
         accepted = world.num_finished - before
         fell = world.fallen if self.config.end_when_fallen else torch.zeros_like(world.fallen)
         over = world.finished | (world.episode_step >= self.max_steps)
-        if self.config.end_when_placed and self.senses.remembers_phase:
-            over = over | (self.senses.memory.phase >= Phase.RELEASE)
+        if self.config.end_when_placed:
+            over = over | self._placed
+            self._placed = torch.zeros_like(self._placed)
         broken = ~torch.isfinite(world.state.link_pos_w[:, 0, 2])
         failed = fell | broken
         return Outcome(terms, windows, failed, over & ~failed, accepted)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,19 +32,30 @@ class Recipe:
     teacher_2: str | None
     instructor: InstructorConfig
 
-    def config(self, stage: str, folder: Path, overrides: dict[str, Any] | None = None) -> TeacherTrainingConfig:
-        """The configuration of one of its stages, with weights of earlier stages looked for in `folder`."""
+    def config(
+        self, stage: str, folder: Path, overrides: dict[str, Any] | None = None, scale: float = 1.0
+    ) -> TeacherTrainingConfig:
+        """The configuration of one of its stages, with weights of earlier stages looked for in `folder`.
+
+        Args:
+            stage: its name.
+            folder: of the recipe's stages.
+            overrides: keys of the configuration.
+            scale: what its samples are multiplied by.
+        """
         values = dict(self.stages[stage])
         base = values.pop("config", None)
         for key in ("init", "first_teacher"):
             if values.get(key) in self.stages:
                 values[key] = str(folder / values[key] / "teacher.safetensors")
         layers = [read_yaml(base) if base else {}, {"env": {"instructor": plain(self.instructor)}}, values]
-        return training_config(*layers, overrides or {}, {"name": f"{self.name} {stage}"})
+        config = training_config(*layers, overrides or {}, {"name": f"{self.name} {stage}"})
+        dagger, ppo = (replace(c, samples=round(scale * c.samples)) for c in (config.dagger, config.ppo))
+        return replace(config, dagger=dagger, ppo=ppo)
 
-    def samples(self, *stages: str) -> int:
+    def samples(self, *stages: str, scale: float = 1.0) -> int:
         """Control steps of some of its stages (default: all), the learner's own: its budget."""
-        return sum(self.config(stage, Path()).samples for stage in stages or self.stages)
+        return sum(self.config(stage, Path(), scale=scale).samples for stage in stages or self.stages)
 
 
 def read_recipe(name_or_path: str) -> Recipe:
@@ -103,7 +114,8 @@ def train_recipe(
     Args:
         recipe: what to train.
         output: folder.
-        overrides: configuration keys for every stage; `reuse.STAGE` copies a stage's folder instead of training it.
+        overrides: configuration keys for every stage; `reuse.STAGE` copies a stage's folder instead of training it;
+            `scale` multiplies every stage's samples.
         ranks: the processes that train (default: this one alone).
         progress: show bars.
 
@@ -112,13 +124,16 @@ def train_recipe(
     """
     output, ranks = Path(output), ranks or Ranks()
     values = dict(overrides or {})
+    scale = values.pop("scale", 1.0)
+    if isinstance(scale, bool) or not isinstance(scale, (int, float)) or not scale > 0:
+        raise ValueError(f"scale: {scale!r} is not valid; valid: a number > 0")
     reuse = {key.removeprefix("reuse."): Path(str(values.pop(key))) for key in list(values) if key.startswith("reuse.")}
     unknown = [stage for stage in reuse if stage not in recipe.stages]
     if unknown:
         raise ValueError(f"reuse.{unknown[0]}: no such stage; valid: {', '.join(recipe.stages)}")
     samples = {}
     for stage in recipe.stages:
-        config = recipe.config(stage, output, values)
+        config = recipe.config(stage, output, values, scale)
         samples[stage] = config.samples
         target = output / stage / "teacher.safetensors"
         if stage in reuse:

@@ -168,9 +168,7 @@ class _Trainer:
                     expert = (torch.rand(self.config.env.num_envs) < beta)[self.share]
                 seen = env.look()
                 label = env.label(seen)
-                chosen = env.learning
-                if self.config.env.end_when_placed:
-                    chosen = chosen & (label.remembered.phase < Phase.RELEASE)
+                chosen = env.learning & self._taught(label.phase)
                 parts.append(Samples.of(seen, label, shapes.rows(seen.geometry), chosen))
                 taken.append(chosen)
                 decision = env.decide(self.network, seen)
@@ -191,6 +189,10 @@ class _Trainer:
         share = min(1.0, self.samples / max(1, config.samples))
         rate = config.learning_rate * (config.final_learning_rate / config.learning_rate) ** share
         return row | self._imitate(data, batches, rate)
+
+    def _taught(self, phase: torch.Tensor) -> torch.Tensor:
+        """Which labels are learned, by their phase: of a stage that ends when the object is placed, none after that."""
+        return phase < (Phase.RELEASE if self.config.env.end_when_placed else len(Phase))
 
     def _imitate(self, data: SharedSamples, batches: int, rate: float, actions: bool = True) -> dict[str, float]:
         """Some mini-batches of imitation; what to log."""
@@ -285,7 +287,7 @@ class _Trainer:
 
     def _imitate_stored(self, stored: Any, valid: torch.Tensor) -> dict[str, float]:
         """Imitation on what PPO has just seen, (T, n) where `valid`, so that the phases stay what they are."""
-        numbers, total = self.ranks.numbers(valid)
+        numbers, total = self.ranks.numbers(valid := valid & self._taught(stored["label_phase"][:, 0]).view_as(valid))
         if not total:
             return {}
         count = self.config.ppo.imitation_batches * self.config.dagger.batch_size
