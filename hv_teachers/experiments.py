@@ -32,14 +32,14 @@ from hv_teachers.impairments import NOTHING_TAKEN, Impairments, read_impairments
 from hv_teachers.results import EARLIER_FOLDER, EXPERIMENT_FILE, find_results, leaderboard, read_result, with_results
 from hv_teachers.teacher import TEACHER_FILES
 from hv_teachers.teacher_config import CONFIG_FOLDER, read_yaml
-from hv_teachers.teacher_recipe import read_recipe, train_recipe
+from hv_teachers.teacher_recipe import RECIPE_FILE, read_recipe, train_recipe
 from hv_teachers.whole_files import write_whole
 
 TRAINED_PER_S, SECONDS_PER_EPISODE, SECONDS_PER_SEEN_EPISODE = 2500.0, 1.5, 20.0
 """On two cores of an AMD EPYC, idle: control steps of a teacher's training, and a two-object episode of a policy that
 does not see (`docs/teachers.md`), and of one that does. What is measured here (`timing.json`) is taken instead where
 there is any."""
-_KEYS = ("policy", "train", "reuse", "suites", "without", "wrong_instruction")
+_KEYS = ("policy", "train", "scale", "reuse", "suites", "without", "wrong_instruction")
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,8 @@ class Experiment:
     train: str | None
     reuse: dict[str, str]
     suites: dict[str, int]
+    scale: float = 1.0
+    """What the recipe's samples are multiplied by."""
     impairments: Impairments = NOTHING_TAKEN
 
     def narrowed(self, suites: list[str] | None, repeats: int | None) -> Experiment:
@@ -119,11 +121,15 @@ def read_experiment(name_or_path: str) -> Experiment:
         raise ValueError(f"{path}: suites: {suites!r} is not valid; valid: a mapping of {', '.join(SUITES)} to repeats")
     if any(not isinstance(n, int) or n < 1 for n in suites.values()):
         raise ValueError(f"{path}: suites: {suites!r} is not valid; valid: repeats are integers >= 1")
+    scale = data.get("scale", 1.0)
+    if isinstance(scale, bool) or not isinstance(scale, (int, float)) or not scale > 0:
+        raise ValueError(f"{path}: scale: {scale!r} is not valid; valid: a number > 0")
     try:
         taken = read_impairments(data.get("without") or [], bool(data.get("wrong_instruction")))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    return Experiment(path.stem, data.get("policy"), data.get("train"), dict(data.get("reuse") or {}), suites, taken)
+    reuse = dict(data.get("reuse") or {})
+    return Experiment(path.stem, data.get("policy"), data.get("train"), reuse, suites, float(scale), taken)
 
 
 def plan_of(experiment: Experiment, places: Places, seed: int = 0, n_tasks: int | None = None) -> str:
@@ -132,11 +138,12 @@ def plan_of(experiment: Experiment, places: Places, seed: int = 0, n_tasks: int 
     trained = not experiment.train or _is_trained(places.training(experiment.name))
     if experiment.train and not trained:
         recipe = read_recipe(experiment.train)
-        samples = recipe.samples() - (recipe.samples(*experiment.reuse) if experiment.reuse else 0)
+        left = [stage for stage in recipe.stages if stage not in experiment.reuse]
+        samples = recipe.samples(*left, scale=experiment.scale) if left else 0
         missing = [other for stage, other in experiment.reuse.items() if not (places.training(other) / stage).is_dir()]
         seconds += samples / TRAINED_PER_S
         steps += [f"first hv-experiment {name}" for name in dict.fromkeys(missing)]
-        steps.append(f"train {samples / 1e6:.0f} M control steps")
+        steps.append(f"train {samples / 1e6:.1f} M control steps")
     sees = experiment.policy not in (None, "planner", "teacher")
     for suite, repeats in experiment.suites.items():
         folder = places.evaluation(experiment.name, suite)
@@ -183,7 +190,7 @@ def run_experiment(
         folder = places.training(experiment.name)
         if not _is_trained(folder):
             reuse = {f"reuse.{s}": str(places.training(other) / s) for s, other in experiment.reuse.items()}
-            train_recipe(read_recipe(experiment.train), folder, reuse)
+            train_recipe(read_recipe(experiment.train), folder, {**reuse, "scale": experiment.scale})
     written = []
     for suite in experiment.suites:
         config, tasks = _evaluation(experiment, places, suite, seed, n_tasks)
@@ -198,6 +205,9 @@ def run_experiment(
             evaluate(config, tasks, output, workers=workers, film_typical=film, on_episode=tell)
         write_whole(output / EXPERIMENT_FILE, json.dumps({"name": experiment.name}) + "\n")
         metrics = {**read_result(output / METRICS_FILE).metrics, "experiment": experiment.name}
+        if experiment.train:
+            recipe = json.loads((places.training(experiment.name) / RECIPE_FILE).read_text(encoding="utf-8"))
+            metrics["trained_samples"] = recipe["samples_total"]
         target = places.result(experiment.name, suite)
         write_whole(target, json.dumps(metrics, indent=1) + "\n")
         written.append(target)
@@ -245,7 +255,7 @@ def _make_room(output: Path, plan: dict[str, Any]) -> None:
 
 
 def _is_trained(folder: Path) -> bool:
-    return (folder / TEACHER_FILES[0]).is_file() and (folder / "recipe.json").is_file()
+    return (folder / TEACHER_FILES[0]).is_file() and (folder / RECIPE_FILE).is_file()
 
 
 def _seconds_per_episode(folder: Path, sees: bool) -> float:

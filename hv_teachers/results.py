@@ -51,9 +51,15 @@ class Result:
         return f" ({played} tasks)"
 
     @property
+    def budget(self) -> str:
+        """How many control steps an experiment trained its teachers on, where it did."""
+        samples = self.metrics.get("trained_samples")
+        return "" if samples is None else f" ({samples / 1e6:.1f} M samples)"
+
+    @property
     def title(self) -> str:
-        """The system, with how many tasks if not all, marked if `is_earlier`."""
-        return self.system + self.part + (f" {EARLIER}" if self.is_earlier else "")
+        """The system, with what it was trained on, how many tasks if not all, marked if `is_earlier`."""
+        return self.system + self.budget + self.part + (f" {EARLIER}" if self.is_earlier else "")
 
 
 def read_result(path: Path) -> Result:

@@ -25,9 +25,9 @@ class DaggerConfig:
     samples: int = 0
     round_steps: int = 300
     """Control steps of a round; after each the networks are trained on everything in the buffer."""
-    buffer: int = 400_000
+    buffer: int = 800_000
     """Newest samples kept, .9 kB each."""
-    replays: float = 3.0
+    replays: float = 5.0
     """How often a sample of the last round is used, on average."""
     batch_size: int = 2048
     learning_rate: float = 1e-3

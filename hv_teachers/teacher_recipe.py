@@ -18,6 +18,8 @@ from hv_teachers.teacher import TEACHER_FILES
 from hv_teachers.teacher_config import TeacherTrainingConfig, plain, read_yaml, training_config
 from hv_teachers.teacher_training import train_teacher
 
+RECIPE_FILE = "recipe.json"
+"""Beside the teachers that a recipe made: what it was, the samples of each stage, the instructor's thresholds."""
 _KEYS = ("about", "stages", "teacher_1", "teacher_2", "instructor", "common")
 
 
@@ -50,8 +52,11 @@ class Recipe:
                 values[key] = str(folder / values[key] / "teacher.safetensors")
         layers = [read_yaml(base) if base else {}, {"env": {"instructor": plain(self.instructor)}}, values]
         config = training_config(*layers, overrides or {}, {"name": f"{self.name} {stage}"})
-        dagger, ppo = (replace(c, samples=round(scale * c.samples)) for c in (config.dagger, config.ppo))
-        return replace(config, dagger=dagger, ppo=ppo)
+        return replace(
+            config,
+            dagger=replace(config.dagger, samples=round(scale * config.dagger.samples)),
+            ppo=replace(config.ppo, samples=round(scale * config.ppo.samples)),
+        )
 
     def samples(self, *stages: str, scale: float = 1.0) -> int:
         """Control steps of some of its stages (default: all), the learner's own: its budget."""
@@ -166,7 +171,7 @@ def _gather(recipe: Recipe, output: Path, samples: dict[str, int]) -> None:
     }
     temporary = output / "recipe.tmp"
     temporary.write_text(json.dumps(document, indent=2) + "\n")
-    temporary.replace(output / "recipe.json")
+    temporary.replace(output / RECIPE_FILE)
 
 
 def _copy(source: Path, target: Path) -> None:

@@ -2,12 +2,13 @@
 
 hv-train-teacher stage=1                        one stage (configs/teacher_stage1.yaml)
 hv-train-teacher recipe=wo_stage2               all stages of a system or ablation (configs/wo_stage2.yaml)
+hv-train-teacher recipe=wo_stage2 scale=0.1     with a tenth of every stage's samples
 hv-train-teacher stage=1 env.num_envs=64 output=runs/try dagger.samples=1e6       anything may be overridden
 
-Stages: 1 single objects from many starts, 2 let go and step back, 3 the second object after teacher 1 has placed the
-first; `student` is what the policy that sees decides with, learned with errors of sight (docs/student.md). Keys are
-those of hv_teachers.teacher_config.TeacherTrainingConfig, dotted, and `output`. With a recipe they hold for every
-stage; `reuse.STAGE=FOLDER` takes a stage from another training.
+Stages: 1 single objects from many starts, until they are where they belong; 2 let go and step back; 3 the second object
+after teacher 1 has placed the first; `student` is what the policy that sees decides with, learned with errors of sight
+(docs/student.md). Keys are those of hv_teachers.teacher_config.TeacherTrainingConfig, dotted, and `output`. With a
+recipe they hold for every stage; `reuse.STAGE=FOLDER` takes a stage from another training.
 
 Several processes, on one machine or many, share the environments and learn what one would (docs/scaling.md):
 torchrun --nproc-per-node=2 -m hv_scripts.train_teacher stage=1

@@ -42,7 +42,7 @@ def write(folder, data, name=None):
 
 def test_results_are_found_named_and_ordered(tmp_path):
     write(tmp_path / "a", metrics(0.2, policy="outputs/train/mine"))
-    write(tmp_path / "b" / "seen", metrics(0.7, policy="x"), "wo_stage2")
+    write(tmp_path / "b" / "seen", metrics(0.7, policy="x") | {"trained_samples": 3_000_000}, "wo_stage2")
     write(tmp_path / "c", {**metrics(0.9, "unseen"), "experiment": "teacher"})
     write(tmp_path / "d", metrics(0.4, "chain3", count=3))
     found = find_results([tmp_path])
@@ -50,7 +50,8 @@ def test_results_are_found_named_and_ordered(tmp_path):
         ("wo_stage2", "seen"), ("mine", "seen"), ("teacher", "unseen"), ("planner", "chain3"),
     ]  # fmt: skip
     text = leaderboard(found)
-    assert "| wo_stage2 | 70.0 % | 70.0 % | **70.0 %** [40.0, 60.0] | 35.0 % | 0.25 / 0.25 | 10.0 % | 12 |" in text
+    row = "| 70.0 % | 70.0 % | **70.0 %** [40.0, 60.0] | 35.0 % | 0.25 / 0.25 | 10.0 % | 12 |"
+    assert f"| wo_stage2 (3.0 M samples) {row}" in text
     assert text.index("## seen") < text.index("## unseen") < text.index("## chain3")
     assert "| object 1 | object 2 | object 3 |" in text
     # Table 1 of the paper: 72.381 % of both objects, for the teachers, on the 350 tasks

@@ -126,18 +126,19 @@ def _inputs(env, seen):
     return anchors, seen.geometry, memory
 
 
-def test_without_release_an_episode_ends_when_the_object_is_placed():
-    env = make(replace(CONFIG, end_when_placed=True))
-    env.look()
-    env.senses.memory.phase[0] = int(Phase.RELEASE)
-    net = network()
+def test_without_release_an_episode_ends_when_the_planner_would_let_go():
+    env, net = make(replace(CONFIG, end_when_placed=True)), network()
     with torch.no_grad():
-        seen = env.look()
         net.phase_head.weight.zero_()
         net.phase_head.bias.view(11, 11)[:] = torch.eye(11) * 9  # stays in its phase
-        decision = env.decide(net, seen)
-        outcome = env.act(seen, decision.action)
-    assert outcome.timed_out.tolist() == [True, False]
+        for asked in (False, True):
+            env.look()
+            env.senses.memory.phase[:] = torch.tensor([int(Phase.RELEASE), int(Phase.APPROACH)])
+            seen = env.look()
+            if asked:
+                assert env.label(seen).phase[0] == Phase.RELEASE
+            outcome = env.act(seen, env.decide(net, seen).action)
+            assert outcome.timed_out.tolist() == [asked, False]
 
 
 def test_second_halves_begin_where_first_ones_end():

@@ -6,7 +6,7 @@ import pytest
 
 from hv_teachers.curriculum import share_of_tasks
 from hv_teachers.teacher_config import CONFIG_FOLDER, TeacherTrainingConfig, plain, read_yaml, training_config
-from hv_teachers.teacher_recipe import read_recipe
+from hv_teachers.teacher_recipe import read_recipe, train_recipe
 
 RECIPES = (
     "humanoidverse_teacher", "humanvla_teacher", "end_to_end", "single_teacher",
@@ -31,6 +31,20 @@ def test_stages(stage):
     assert (config.env.reward == "retreat") is (stage == 2)
     assert bool(config.first_teacher) is (stage == 3)
     assert bool(config.init) is (stage > 1)
+    assert config.env.end_when_placed is (stage == 1), "letting go is Stage 2's"
+    assert config.dagger.samples > config.ppo.samples > 0
+
+
+def test_a_recipe_is_scaled_as_a_whole():
+    recipe = read_recipe("humanoidverse_teacher")
+    whole, tenth = (recipe.config("stage1", Path("out"), scale=scale) for scale in (1.0, 0.1))
+    assert (tenth.dagger.samples, tenth.ppo.samples) == (whole.dagger.samples // 10, whole.ppo.samples // 10)
+    assert plain(tenth) | {"dagger": 0, "ppo": 0} == plain(whole) | {"dagger": 0, "ppo": 0}
+    assert recipe.samples(scale=0.1) == 3_000_000
+    assert recipe.samples("stage2", scale=0.1) == recipe.samples("stage2") // 10
+    for scale in (0, -1, "much", True):
+        with pytest.raises(ValueError, match=r"scale: .* is not valid; valid: a number > 0"):
+            train_recipe(recipe, Path("out"), {"scale": scale})
 
 
 def test_recipes_do_what_they_say():
@@ -49,8 +63,8 @@ def test_recipes_do_what_they_say():
 
     recipe, stages = configs("wo_stage2")
     assert all(c.env.reward == "rearrange" for c in stages.values())
-    assert recipe.teacher_1 == "stage1"
-    assert stages["stage3"].first_teacher == "out/stage1/teacher.safetensors"
+    assert (recipe.teacher_1, recipe.teacher_2) == ("stage1", None)
+    assert list(stages) == ["stage1"], "who never lets go never begins a second half"
     recipe, stages = configs("wo_stage3")
     assert recipe.teacher_2 == "stage1"
     assert not any(c.first_teacher for c in stages.values())
@@ -67,6 +81,7 @@ def test_recipes_do_what_they_say():
     assert stages["stage1"].dagger.samples == stages["stage1"].ppo.imitation_batches == 0
     assert stages["stage1"].part == "whole"
     assert stages["stage1"].tasks == "seen"
+    assert not stages["stage1"].env.end_when_placed
     recipe, stages = configs("monolithic")
     assert all(
         (c.teacher.action, c.teacher.memory, c.teacher.route) == ("joints", "none", False) for c in stages.values()

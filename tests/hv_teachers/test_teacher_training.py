@@ -20,7 +20,7 @@ from hv_teachers.teacher_training import train_teacher
 TINY = {
     "tasks": "living_room",
     "part": "single",
-    "env": {"num_envs": 4, "num_threads": 1},
+    "env": {"num_envs": 4, "num_threads": 1, "end_when_placed": False},
     "teacher": {"hidden": [16], "phase_hidden": [8], "geometry": 2},
     "dagger": {"samples": 80, "round_steps": 10, "batch_size": 32, "expert_steps": 4},
     "ppo": {
@@ -43,6 +43,7 @@ def config(**changes):
 def prepare(folder):
     """A motion set, so that none has to be recorded."""
     motion = MotionSet.of([torch.randn(60, FRAME_DIM, generator=torch.Generator().manual_seed(0))])
+    folder.mkdir(exist_ok=True)
     motion.save(folder / "motion_set.safetensors")
     return folder
 
@@ -106,6 +107,23 @@ def test_a_motion_set_is_recorded_without_touching_those_who_practise(tmp_path):
     assert trainer.prior.memory is memory
     for name, value in vars(before).items():
         assert torch.equal(getattr(memory, name), value), name
+
+
+def test_of_a_stage_that_ends_when_placed_nothing_after_it_is_learned(tmp_path):
+    from hv_policy.decision.view import Phase
+    from hv_teachers.ranks import Ranks
+    from hv_teachers.teacher_training import _Trainer
+
+    for ends in (True, False):
+        trainer = _Trainer(config(**{"env.end_when_placed": ends}), prepare(tmp_path / str(ends)), Ranks(), False)
+        trainer.env.look()
+        trainer.env.senses.memory.phase[:2] = int(Phase.RELEASE)
+        trainer._dagger_round()
+        learned = trainer.buffer.all().here.phase
+        assert bool((learned >= Phase.RELEASE).any()) is not ends
+        assert len(learned) == (38 if ends else 40), "two labels of the first step"
+        taught = trainer._taught(torch.tensor([Phase.LOWER, Phase.RELEASE, Phase.IDLE]))
+        assert taught.tolist() == [True, not ends, not ends]
 
 
 def test_killed_and_started_again_is_the_same(whole, tmp_path):
