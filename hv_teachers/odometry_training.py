@@ -20,6 +20,8 @@ from hv_sim.world import RearrangeWorld
 from hv_teachers.teacher import load_shipped_teacher
 
 _NEW_INTENT_STEPS = 60
+_NEW_START_STEPS = 150
+"""How long a robot walks about before it starts anew: half of what is lost in a minute is lost in the first steps."""
 _FASTEST = (0.9, 0.25, 1.3)
 _STANDS_SHARE, _TURNS_SHARE = 0.15, 0.35
 _BATCH, _LR = 512, 3e-3
@@ -37,7 +39,8 @@ class Felt:
 
 @torch.no_grad()
 def feel(tasks: Sequence[Task], seed: int, steps: int) -> Felt:
-    """Lets robots play: every second one does its task as the teachers do, the others walk and turn at random.
+    """Lets robots play: every second one does its task as the teachers do, the others walk and turn at random and
+    start anew every five seconds.
 
     Args:
         tasks: one for each environment.
@@ -53,7 +56,12 @@ def feel(tasks: Sequence[Task], seed: int, steps: int) -> Felt:
     intent = neutral_intent(world.num_envs)
     rows: list[list[Tensor]] = []
     last = None
+    ids = torch.arange(world.num_envs)
     for step in tqdm(range(steps), desc="robots walk", disable=None):
+        starting = wanders & ((step + ids) % _NEW_START_STEPS == 0) & (step > 0)
+        if starting.any():
+            world.reset(ids[starting], seeds=(seed + world.num_envs * step + ids[starting]).tolist())
+            prior.reset(ids[starting])
         if step % _NEW_INTENT_STEPS == 0:
             intent = _random_intents(world.num_envs, generator)
         heading, state = world.heading, world.observe().proprioception
@@ -61,8 +69,8 @@ def feel(tasks: Sequence[Task], seed: int, steps: int) -> Felt:
         is_up = ~(world.fallen | world.done)
         if last is not None:
             turn = yaw - last[1]
-            both = is_up & last[2]
-            pair = (last[0], state, atan2(turn.sin(), turn.cos()), torch.arange(world.num_envs))
+            both = is_up & last[2] & ~starting
+            pair = (last[0], state, atan2(turn.sin(), turn.cos()), ids)
             rows.append([x[both].clone() for x in pair])
         last = state.clone(), yaw, is_up
         world.step(torch.where(wanders[:, None], prior(state, intent), teacher(world)))

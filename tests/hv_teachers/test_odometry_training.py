@@ -10,6 +10,9 @@ def test_what_is_felt_is_what_happens_and_can_be_learned():
     felt = feel(tasks, seed=3, steps=400)
     assert felt.before.shape == felt.now.shape == (len(felt.turn_rad), 223)
     assert set(felt.env.tolist()) == set(range(32))
+    assert felt.turn_rad.abs().max() < 0.35, "who starts anew has not turned"
+    walking = (felt.env % 2 == 1).sum()
+    assert 0.9 * 16 * (399 - 3) < walking < 16 * 399, "one pair less for each new start"
     assert (felt.turn_rad - rate_turn(felt.before, felt.now)).abs().median() < 0.005
     again = feel(tasks, seed=3, steps=5)
     torch.testing.assert_close(again.now[:32], felt.now[:32], atol=0, rtol=0)
