@@ -1,8 +1,7 @@
-"""Gives a trained student another motor prior, and an odometry that knows its gait: what training a student leaves as
-they are.
+"""Gives a trained student another motor prior, an odometry that knows its gait, and other decisions: what training a
+student leaves as they are.
 
-    python training/student/set_gait.py CHECKPOINT hv_policy/weights/motor_prior.safetensors \
-        hv_policy/weights/odometry.safetensors
+    python training/student/set_networks.py CHECKPOINT hv_policy/weights/{motor_prior,odometry,decision}.safetensors
 
 Evaluate it anew afterwards: it moves otherwise.
 """
@@ -14,7 +13,7 @@ from pathlib import Path
 
 from safetensors.torch import load_file, save_file
 
-PLACES = {"network.prior.": "motor prior", "network.odometry.": "odometry"}
+PLACES = {"network.prior.": "motor prior", "network.odometry.": "odometry", "network.decision.": "decisions"}
 
 
 def main(checkpoint: str, *networks: str) -> None:
@@ -33,6 +32,6 @@ def main(checkpoint: str, *networks: str) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 4:
+    if len(sys.argv) != 2 + len(PLACES):
         raise SystemExit(__doc__)
     main(*sys.argv[1:])
