@@ -1,6 +1,4 @@
-"""Where the hands go: beyond the middle of a thing's sides, and elsewhere at the next try after it slipped out of them.
-
-What hangs from hands that roll back while the arms go down leans away; held beyond its middle it does not.
+"""Where the hands go at the next try, after a thing slipped out of them.
 
 Most things are best held near their top. What is narrower there than below (a plant in a pot, a bottle, a box with a
 handle) is not, and of a kind that was never seen a picture does not tell. So who could not lift it, or closed the hands
@@ -15,16 +13,14 @@ import numba
 import torch
 from torch import Tensor
 
-from hv_policy.belief.places import DEPTH, MIDDLE, OBJECT, SPAN
+from hv_policy.belief.places import MIDDLE, OBJECT, SPAN
 from hv_policy.belief.stands import LOW_M
 from hv_policy.decision.view import Phase
 from hv_policy.motor.embodiment import HANDS
 from hv_policy.motor.kinematics import Array, as_arrays
 from hv_policy.motor.proprioception import BodyState
 
-_MIDDLE, _ABOVE, _HEIGHT, _SPAN, _DEPTH = MIDDLE.start, MIDDLE.stop - 1, OBJECT.stop - 1, SPAN.start, DEPTH.start
-AHEAD_M, EDGE_M = 0.04, 0.035
-"""How far beyond the middle of its sides a thing is held, and how far from their edges at least."""
+_ABOVE, _HEIGHT, _SPAN = MIDDLE.stop - 1, OBJECT.stop - 1, SPAN.start
 LEVELS = 3
 """After so many tries it begins again from where the network believes that it should be held."""
 LOWER_M, WIDER_M = 0.09, 0.05
@@ -45,8 +41,7 @@ def closed_on_little(body: BodyState, phase: Tensor, coming: Tensor) -> Tensor:
 
 
 def regripped(places: Tensor, slips: Tensor) -> Tensor:
-    """(N, 21) places in which the hands hold the object beyond its middle, as is best after it slipped `slips` (N,)
-    times."""
+    """(N, 21) places in which the hands hold the object as is best after it slipped `slips` (N,) times."""
     out = places.clone(memory_format=torch.contiguous_format)
     _regrip(out.numpy(), *as_arrays(slips))
     return out
@@ -68,10 +63,3 @@ def _regrip(places: Array, slips: Array) -> None:
         width = 2 * math.sqrt(x * x + y * y + z * z)
         wider = (max(width, NARROWEST_M) + WIDER_M * level) / max(width, 1e-3)
         places[i, _SPAN], places[i, _SPAN + 1], places[i, _SPAN + 2] = wider * x, wider * y, wider * z
-        across = max(math.hypot(x, y), 1e-6)
-        ahead, aside = y / across, -x / across  # as the robot faces it
-        wanted = min(AHEAD_M, places[i, _DEPTH] / 2 - EDGE_M)
-        lacking = wanted - places[i, _MIDDLE] * ahead - places[i, _MIDDLE + 1] * aside
-        if wanted > 0 and lacking > 0:
-            places[i, _MIDDLE] += lacking * ahead
-            places[i, _MIDDLE + 1] += lacking * aside

@@ -1,17 +1,13 @@
 """Lower and wider with each try, and never beyond what the thing can be."""
 
-import math
-
 import pytest
 import torch
 
-from hv_policy.belief.places import DEPTH, MIDDLE, OBJECT, SPAN
+from hv_policy.belief.places import MIDDLE, OBJECT, SPAN
 from hv_policy.belief.regrip import (
     ABOVE_BOTTOM_M,
-    AHEAD_M,
     BELOW_TOP_M,
     CLOSED_M,
-    EDGE_M,
     LEVELS,
     LOWER_M,
     NARROWEST_M,
@@ -52,22 +48,6 @@ def test_each_try_is_lower_and_wider_then_it_begins_again():
     torch.testing.assert_close(out[:, SPAN] / out[:, SPAN].norm(dim=-1, keepdim=True), places[:, SPAN] / 0.15)
     torch.testing.assert_close(out[:, OBJECT], places[:, OBJECT])
     assert torch.equal(out[0], out[LEVELS])
-
-
-@pytest.mark.parametrize("turn_rad", [0.0, 0.9, -2.5])
-def test_things_are_held_beyond_their_middle_but_not_at_their_edge(turn_rad):
-    facing = torch.tensor([math.cos(turn_rad), math.sin(turn_rad)])
-    places = thing(0.9, 0.1, 0.3, 5)
-    places[:, SPAN] = 0.15 * torch.tensor([-facing[1], facing[0], 0.0])  # from the middle to the left hand
-    places[:, DEPTH] = torch.tensor([0.4, 0.1, 0.05, 0.4, 0.4])[:, None]
-    places[3, MIDDLE][:2] = 0.06 * facing  # far enough by itself
-    places[4, MIDDLE][:2] = -0.03 * facing + 0.02 * torch.tensor([-facing[1], facing[0]])
-    out = regripped(places, torch.zeros(5, dtype=torch.long))
-    ahead = out[:, MIDDLE][:, :2] @ facing
-    torch.testing.assert_close(ahead, torch.tensor([AHEAD_M, 0.05 - EDGE_M, 0.0, 0.06, AHEAD_M]))
-    aside = out[:, MIDDLE][:, :2] @ torch.tensor([-facing[1], facing[0]])
-    torch.testing.assert_close(aside, torch.tensor([0.0, 0.0, 0.0, 0.0, 0.02]))
-    torch.testing.assert_close(grip(out), grip(places))
 
 
 @pytest.mark.parametrize("slips", [0, 1, 2])
