@@ -32,7 +32,7 @@ from hv_teachers.impairments import NOTHING_TAKEN, Impairments, read_impairments
 from hv_teachers.results import EARLIER_FOLDER, EXPERIMENT_FILE, find_results, leaderboard, read_result, with_results
 from hv_teachers.teacher import TEACHER_FILES
 from hv_teachers.teacher_config import CONFIG_FOLDER, read_yaml
-from hv_teachers.teacher_recipe import RECIPE_FILE, read_recipe, train_recipe
+from hv_teachers.teacher_recipe import RECIPE_FILE, checked_scale, read_recipe, train_recipe
 from hv_teachers.whole_files import write_whole
 
 TRAINED_PER_S, SECONDS_PER_EPISODE, SECONDS_PER_SEEN_EPISODE = 2500.0, 1.5, 20.0
@@ -121,15 +121,13 @@ def read_experiment(name_or_path: str) -> Experiment:
         raise ValueError(f"{path}: suites: {suites!r} is not valid; valid: a mapping of {', '.join(SUITES)} to repeats")
     if any(not isinstance(n, int) or n < 1 for n in suites.values()):
         raise ValueError(f"{path}: suites: {suites!r} is not valid; valid: repeats are integers >= 1")
-    scale = data.get("scale", 1.0)
-    if isinstance(scale, bool) or not isinstance(scale, (int, float)) or not scale > 0:
-        raise ValueError(f"{path}: scale: {scale!r} is not valid; valid: a number > 0")
     try:
+        scale = checked_scale(data.get("scale", 1.0))
         taken = read_impairments(data.get("without") or [], bool(data.get("wrong_instruction")))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     reuse = dict(data.get("reuse") or {})
-    return Experiment(path.stem, data.get("policy"), data.get("train"), reuse, suites, float(scale), taken)
+    return Experiment(path.stem, data.get("policy"), data.get("train"), reuse, suites, scale, taken)
 
 
 def plan_of(experiment: Experiment, places: Places, seed: int = 0, n_tasks: int | None = None) -> str:

@@ -103,6 +103,17 @@ def read_recipe(name_or_path: str) -> Recipe:
     )
 
 
+def checked_scale(value: object) -> float:
+    """What a recipe's samples are multiplied by.
+
+    Raises:
+        ValueError: it is not a number above 0.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
+        raise ValueError(f"scale: {value!r} is not valid; valid: a number > 0")
+    return float(value)
+
+
 def train_recipe(
     recipe: Recipe,
     output: Path,
@@ -129,9 +140,7 @@ def train_recipe(
     """
     output, ranks = Path(output), ranks or Ranks()
     values = dict(overrides or {})
-    scale = values.pop("scale", 1.0)
-    if isinstance(scale, bool) or not isinstance(scale, (int, float)) or not scale > 0:
-        raise ValueError(f"scale: {scale!r} is not valid; valid: a number > 0")
+    scale = checked_scale(values.pop("scale", 1.0))
     reuse = {key.removeprefix("reuse."): Path(str(values.pop(key))) for key in list(values) if key.startswith("reuse.")}
     unknown = [stage for stage in reuse if stage not in recipe.stages]
     if unknown:

@@ -287,7 +287,8 @@ class _Trainer:
 
     def _imitate_stored(self, stored: Any, valid: torch.Tensor) -> dict[str, float]:
         """Imitation on what PPO has just seen, (T, n) where `valid`, so that the phases stay what they are."""
-        numbers, total = self.ranks.numbers(valid := valid & self._taught(stored["label_phase"][:, 0]).view_as(valid))
+        valid = valid & self._taught(stored["label_phase"][:, 0]).view_as(valid)
+        numbers, total = self.ranks.numbers(valid)
         if not total:
             return {}
         count = self.config.ppo.imitation_batches * self.config.dagger.batch_size
