@@ -188,7 +188,8 @@ class ScriptedPlanner:
         """Goes on to the next phase where the state says so."""
         c, phase, clock = self.config, self.phase, self.clock_s
         unset = self._start_height < 0
-        self._start_height = torch.where(unset, view.object_pos[:, 2], self._start_height)
+        untouched = unset | (phase <= Phase.REACH)
+        self._start_height = torch.where(untouched, view.object_pos[:, 2], self._start_height)
         held = unset & (phase > Phase.LIFT) & (phase < Phase.RELEASE)
         if held.any():  # begun in the middle of a carry; below, of taking or letting go
             self._remember(held, view, hands, obj)

@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from hv_policy.belief.outline import COMPASS_DIM, OUTLINE_DIM, turned_outline
-from hv_policy.belief.places import GROUPS, MIDDLE, OBJECT, PLACES_DIM, SPAN, from_frame, stretch, to_frame
+from hv_policy.belief.places import GOAL, GROUPS, MIDDLE, OBJECT, PLACES_DIM, SPAN, from_frame, stretch, to_frame
 from hv_policy.motor import embodiment
 from hv_policy.motor.embodiment import CONTROL_DT_S
 from hv_policy.motor.kinematics import Array, as_arrays
@@ -33,6 +33,12 @@ _HELD_STARTS = (SPAN.start, MIDDLE.start)
 _OF_GOAL = [i for i, g in enumerate(GROUPS) if g.start in (3, 5)]
 
 
+def _groups_of(place: slice | None) -> list[int]:
+    """Of `OBJECT` or `GOAL`, and what hangs together with it; or of both."""
+    groups = {OBJECT.start: _OF_OBJECT, GOAL.start: _OF_GOAL}
+    return list(range(len(GROUPS))) if place is None else groups[place.start]
+
+
 @dataclass(frozen=True)
 class BeliefConfig:
     """How much is trusted.
@@ -45,7 +51,8 @@ class BeliefConfig:
             it was not trained with a network is that much more certain than it should be.
         drift: error of odometry, m for each m.
         searching: an object or goal is looked for by turning round if its squashed deviation is larger than this; far
-            away that is the deviation as a share of the distance.
+            away that is the deviation as a share of the distance. Until it is smaller than
+        found: (between the two, who walks goes on walking and who turns goes on turning).
         search_rad: how far the robot turns for that at most; then it walks to a place that is so far away,
         explore_m: and for
         explore_s: at most, and turns round there.
@@ -71,10 +78,11 @@ class BeliefConfig:
     """
 
     look_every: int = 5
-    correlation: float = 1.8
-    looks: float = 2.0
+    correlation: float = 4.0
+    looks: float = 8.0
     unseen: float = 1.5
-    searching: float = 0.35
+    searching: float = 0.45
+    found: float = 0.3
     search_rad: float = 7.0
     explore_m: float = 1.5
     explore_s: float = 6.0
@@ -122,10 +130,14 @@ class Belief:
         self._velocity: Tensor | None = None
         self._hands: Tensor | None = None
 
-    def forget(self, ids: Tensor) -> None:
-        """Environments `ids` have something else to do: nothing is known of it yet."""
-        self.variance[ids] = UNKNOWN
-        self.outline_weight[ids] = 0.0
+    def forget(self, ids: Tensor, place: slice | None = None) -> None:
+        """Environments `ids` have something else to do: nothing is known of it yet; or nothing of one `place`,
+        `OBJECT` or `GOAL`."""
+        rows = self.variance[ids]
+        rows[:, _groups_of(place)] = UNKNOWN
+        self.variance[ids] = rows
+        if place != GOAL:
+            self.outline_weight[ids] = 0.0
 
     def doubt(self, ids: Tensor, deviation_m: float) -> None:
         """In environments `ids` (n,) the object was lost: it may be so far away from where it was."""
@@ -136,7 +148,7 @@ class Belief:
 
     def disbelieve(self, ids: Tensor, place: slice) -> None:
         """Environments `ids` (n,) looked where `place` (`OBJECT` or `GOAL`) should be, and it was not there."""
-        groups = _OF_OBJECT if place == OBJECT else _OF_GOAL
+        groups = _groups_of(place)
         rows = self.variance[ids]
         rows[:, groups] = (rows[:, groups] * self.config.absent_growth + self.config.absent_m**2).clamp(max=UNKNOWN)
         self.variance[ids] = rows

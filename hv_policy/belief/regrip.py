@@ -27,17 +27,50 @@ LOWER_M, WIDER_M = 0.09, 0.05
 """How much lower, and how much farther apart, the hands are with each try."""
 BELOW_TOP_M, ABOVE_BOTTOM_M = 0.045, 0.07
 """The hands' centres are so far below a thing's top at least, and so far above its bottom."""
+LYING_M = 0.11
+"""At the last try the hands are this high above the floor, if it stands there: what has fallen over lies lower than it
+is seen."""
 NARROWEST_M = 0.18
-CLOSED_M = 0.22
-"""Hands whose centres are nearer than this when they squeeze hold no thing that could be lifted, but its handle, its
-leaves or nothing: the narrowest things are 0.15 m wide, and a hand is 0.04 m thick on either side."""
+CLOSED_M, CLOSED_SHARE = 0.22, 0.85
+"""Hands whose centres are nearer than this, or than this share of the thing's width, when they squeeze hold no thing
+that could be lifted, but its handle, its leaves or nothing: the narrowest things are 0.15 m wide, and a hand is 0.04 m
+thick on either side."""
+EMPTY_SHARE, HELD_SHARE = 0.85, 0.93
+"""Of how far apart hands were when they began to lift: nearer than the first they have lost it, farther than the second
+they have it still. (Of 10,900 steps in which they carried something 99 % were above the second.)"""
 
 
-def closed_on_little(body: BodyState, phase: Tensor, coming: Tensor) -> Tensor:
-    """(N,) bool: who squeezes (`phase` (N,)) and would lift (`coming` (N,)) has next to nothing between the hands."""
-    right, left = body.pos[:, HANDS].unbind(1)
-    apart = (left - right).norm(dim=-1)
-    return (phase == Phase.SQUEEZE) & (coming == Phase.LIFT) & (apart < CLOSED_M)
+def next_try(slips: Tensor, closed: Tensor, dropped: Tensor) -> Tensor:
+    """(N,) slips (N,) after this step: one more for who `closed` (N,) the hands on next to nothing or could not lift
+    it. What was `dropped` (N,) on the way lies on its side now, lower and mostly wider than it stood: it is held lowest
+    at once."""
+    to_lowest = (LEVELS - 1 - slips % LEVELS).clamp(min=1)
+    return torch.where(dropped, slips + to_lowest, slips + closed)
+
+
+def closed_on_little(body: BodyState, phase: Tensor, coming: Tensor, width_m: Tensor) -> Tensor:
+    """(N,) bool: who squeezes (`phase` (N,)) and would lift (`coming` (N,)) has next to nothing between the hands, of a
+    thing `width_m` (N,) wide."""
+    narrow = _apart_m(body.pos[:, HANDS]) < (CLOSED_SHARE * width_m).clamp(min=CLOSED_M)
+    return (phase == Phase.SQUEEZE) & (coming == Phase.LIFT) & narrow
+
+
+def still_held(body: BodyState, phase: Tensor, from_hands: Tensor) -> tuple[Tensor, Tensor]:
+    """(N,) bool who lifts or carries (`phase` (N,)) and has lost what was between the hands, and who has it for sure.
+
+    Args:
+        body: of the robots.
+        phase: of the work.
+        from_hands: (N, 2, 3) hands when they began to lift, heading frame.
+    """
+    share = _apart_m(body.pos[:, HANDS]) / _apart_m(from_hands).clamp(min=1e-3)
+    lifts, carries = phase == Phase.LIFT, (phase == Phase.CARRY) | (phase == Phase.ALIGN_PLACE)
+    return (lifts | carries) & (share < EMPTY_SHARE), carries & (share > HELD_SHARE)
+
+
+def _apart_m(hands: Tensor) -> Tensor:
+    """(N,) distance of the hands (N, 2, 3)."""
+    return (hands[:, 1] - hands[:, 0]).norm(dim=-1)
 
 
 def regripped(places: Tensor, slips: Tensor) -> Tensor:
@@ -59,6 +92,8 @@ def _regrip(places: Array, slips: Array) -> None:
         # held below its top, it reaches about so far below its middle as its top is above it
         lowest = min(above, ABOVE_BOTTOM_M - BELOW_TOP_M - above)
         places[i, _ABOVE] = max(above - LOWER_M * level, lowest)
+        if level == LEVELS - 1 and height < LOW_M:
+            places[i, _ABOVE] = min(places[i, _ABOVE], LYING_M - height)
         x, y, z = places[i, _SPAN], places[i, _SPAN + 1], places[i, _SPAN + 2]
         width = 2 * math.sqrt(x * x + y * y + z * z)
         wider = (max(width, NARROWEST_M) + WIDER_M * level) / max(width, 1e-3)

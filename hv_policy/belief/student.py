@@ -18,21 +18,25 @@ from hv_policy.belief.compass import compass
 from hv_policy.belief.floor import floor_in_view
 from hv_policy.belief.labels import Landmarks
 from hv_policy.belief.odometry import Odometry, load_odometry
-from hv_policy.belief.perception import OBJECT_QUERY, Measurement, Perception, Sight
+from hv_policy.belief.perception import Measurement, Perception, Sight
 from hv_policy.belief.perception_loss import Truth, perception_loss, read_things
 from hv_policy.belief.places import (
     AWAY,
     GOAL,
     IS_LAST,
+    MIDDLE,
     OBJECT,
     PICK,
     PLACE,
+    PLACES_DIM,
     PRIOR_SPREAD,
+    SPAN,
     WAYPOINT,
     stretch,
     unsquash,
 )  # fmt: skip
-from hv_policy.belief.regrip import LEVELS, closed_on_little, regripped
+from hv_policy.belief.refusals import Refusals
+from hv_policy.belief.regrip import LEVELS, closed_on_little, next_try, regripped, still_held
 from hv_policy.belief.task_places import leg_is_done, view_of
 from hv_policy.belief.wayfinder import Wayfinder
 from hv_policy.decision.memory import TaskMemory
@@ -50,6 +54,10 @@ from hv_policy.motor.vectors import turned_xy
 DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
 ARRIVED_M, RISE_S = 0.35, 1.5
+TOUCHED, TOUCHED_HEIGHT, BEHIND = 3.0, 10.0, 2.0
+"""By how much more than is said a picture errs in where a thing is, and in how high it is, while arms reach round it (it
+seems nearer than it is, and higher, for where arms do so it mostly hangs); and in where the goal is, of which the thing
+in the hands hides a part."""
 _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
@@ -122,6 +130,8 @@ class Following:
     """(N,) control steps since the last look at a picture."""
     wayfinder: Wayfinder
     """What is known of the floor, and the way over it."""
+    searching: Tensor
+    """(N,) bool: it looks for something (`_searches`)."""
     searched_rad: Tensor
     """(N,) how far the robot has turned round, looking for something."""
     rounds: Tensor
@@ -136,6 +146,8 @@ class Following:
     """(N,) int64 how often the object slipped out of the hands."""
     hesitates_s: Tensor
     """(N,) how long it has stood where the object should be without being sure of it; 0 while it does not."""
+    refusals: Refusals
+    """What has turned out not to be meant."""
     intent: Tensor
     """(N, 14) the last one."""
     felt: Tensor | None = None
@@ -149,8 +161,9 @@ class Following:
         prior.reset()
         blind = torch.full((n,), config.look_every)
         memory, wayfinder, belief = TaskMemory.of(n), Wayfinder(n), Belief(n, config)
-        search = torch.zeros(n), torch.zeros(n), torch.zeros(n), torch.zeros(n, 2), torch.zeros(n)
-        last = torch.zeros(n, dtype=torch.long), torch.zeros(n), torch.zeros(n, 14)
+        no, zero, none = torch.zeros(n, dtype=torch.bool), torch.zeros(n), torch.zeros(n, dtype=torch.long)
+        search = no, zero.clone(), zero.clone(), zero.clone(), torch.zeros(n, 2), zero.clone()
+        last = none, zero.clone(), Refusals(n), torch.zeros(n, 14)
         return Following(belief, memory, prior, list(instructions), blind, wayfinder, *search, *last)
 
     def copy(self) -> Following:
@@ -164,6 +177,7 @@ class Following:
             prior=self.copied_prior(),
             instructions=list(self.instructions),
             wayfinder=self.wayfinder.copy(),
+            refusals=copy.deepcopy(self.refusals),
             **tensors,
         )
 
@@ -182,10 +196,12 @@ class Following:
             self.belief.forget(ids)
             self.memory.reset(ids)
             self.blind_steps[ids] = self.belief.config.look_every
+            self.searching[ids] = False
             self.searched_rad[ids] = self.rounds[ids] = self.exploring_s[ids] = self.rising_s[ids] = 0.0
             self.slips[ids], self.hesitates_s[ids] = 0, 0.0
             for env in changed:
                 self.wayfinder.forget(env)
+                self.refusals.forget(env)
             self.instructions = list(instructions)
 
     @property
@@ -229,8 +245,9 @@ class Following:
         on the spot to see. Having turned all round it walks to another place first (`vantage`)."""
         c, phase = self.belief.config, self.memory.phase
         to_object, carries = phase <= Phase.REACH, phase == Phase.CARRY
-        unknown = torch.where(carries, log_spread[:, GOAL.start], log_spread[:, OBJECT.start]).exp() > c.searching
-        wants = (to_object | carries) & unknown & ~self._given_up
+        spread = torch.where(carries, log_spread[:, GOAL.start], log_spread[:, OBJECT.start]).exp()
+        unknown = spread > torch.where(self.searching, c.found, c.searching)
+        wants = self.searching = (to_object | carries) & unknown & ~self._given_up
         seen_all = wants & (self.searched_rad >= c.search_rad)
         begins = seen_all & (self.exploring_s == 0)
         for env in begins.nonzero()[:, 0].tolist():
@@ -294,12 +311,15 @@ class Following:
         # what the network knows without looking must not count anew with every picture
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
         told = ((-2 * seen.log_spread).exp() - known).clamp(min=1e-4)
-        self.belief.measure(ids, places, told.rsqrt() * stretch(places) * self._doubtful(seen))
+        spread = told.rsqrt() * stretch(places) * self._doubtful(seen)
+        in_view = 1 - seen.pointing[:, :2, 0].exp()
+        self.refusals.see(ids, in_view, self.memory.phase[ids])
+        spread = self.refusals.applied(ids, self.belief.pose[ids], places, spread)
+        self.belief.measure(ids, places, spread * _hidden(self.memory.phase[ids]))
         self._miss(ids, seen, body)
         distance = places[:, OBJECT][:, :2].norm(dim=-1)
-        in_view = 1 - seen.pointing[:, OBJECT_QUERY, 0].exp()
         near = self.memory.phase[ids] <= Phase.REACH
-        self.belief.measure_outline(ids, seen.outline, near * in_view / (0.3 + distance) ** 2)
+        self.belief.measure_outline(ids, seen.outline, near * in_view[:, 0] / (0.3 + distance) ** 2)
         self._find_ways(perception, shown, ids, body)
 
     def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:
@@ -373,11 +393,14 @@ class Following:
         phase = self._sure_of(logits.argmax(-1), places_h)
         phase = self._elsewhere(phase)
         before_this = self.memory.phase
-        closed = closed_on_little(body, before_this, phase) & (self.slips < LEVELS)
-        phase = torch.where(closed, int(Phase.APPROACH), phase)
+        width_m = 2 * self.belief.places[:, SPAN].norm(dim=-1)
+        closed = closed_on_little(body, before_this, phase, width_m) & (self.slips < LEVELS)
+        empty, held = still_held(body, before_this, self.memory.from_hands)
+        phase = torch.where(held & (phase == Phase.APPROACH), before_this, phase)
+        phase = torch.where(closed | empty, int(Phase.APPROACH), phase)
         bent = (before_this >= Phase.REACH) & (before_this <= Phase.RELEASE)
         self.rising_s = torch.where(
-            bent & (phase == Phase.APPROACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
+            bent & (phase < Phase.REACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
         )
         stuck = (before_this == Phase.RETREAT) & (phase == Phase.RETREAT)
         stuck &= self.memory.clock_s > self.belief.config.patience_s
@@ -386,13 +409,14 @@ class Following:
             self.wayfinder.walk_away(env, self.belief.pose[env], self.belief.config.explore_m)
         lost = self.memory.advance(phase, view) & ~stuck
         slipped = closed | (lost & (before_this >= Phase.LIFT) & (before_this <= Phase.ALIGN_PLACE))
-        self.slips = self.slips + slipped
+        self.slips = next_try(self.slips, slipped, slipped & (before_this >= Phase.CARRY))
         for env in slipped.nonzero()[:, 0].tolist():
             self.wayfinder.step_back(env)
             if self.slips[env] % LEVELS == 0:
                 self.wayfinder.fail(env)
         self._look_again(lost & slipped, self.belief.config.doubt_at_feet)
         self._look_again(lost & ~slipped, self.belief.config.doubt)
+        self._think_again(lost & (before_this == Phase.IDLE))
         vector = self.memory.vector(view)
         action = _at_its_place(decision, sights, hand_anchors(view, vector), geometry, vector)
         self.memory.tick()
@@ -431,6 +455,15 @@ class Following:
             self.belief.doubt(lost.nonzero()[:, 0], deviation_m)
             self.searched_rad, self.rounds = self.searched_rad * ~lost, self.rounds * ~lost
 
+    def _think_again(self, refused: Tensor) -> None:
+        """Who was done and hears the same instruction still, `refused` (N,) bool, took the wrong thing, or brought it
+        to the wrong place."""
+        for env in refused.nonzero()[:, 0].tolist():
+            place = self.refusals.refuse(env, self.belief.places[env])
+            if place is not None:
+                self.belief.forget(torch.tensor([env]), place)
+                self.searched_rad[env] = self.rounds[env] = self.slips[env] = 0
+
     def _sure_of(self, phase: Tensor, places_h: Tensor) -> Tensor:
         """(N,) the phase that comes next, but nothing is reached for that may be elsewhere, and nothing for ever; and
         what turns out to be far away is walked to, round what is in the way."""
@@ -447,6 +480,19 @@ class Following:
             is_far = (phase == aligns) & (places_h[:, stand].norm(dim=-1) > c.align_within_m)
             phase = torch.where(is_far, torch.full_like(phase, int(walks)), phase)
         return torch.where(back, torch.full_like(phase, int(Phase.APPROACH)), phase)
+
+
+def _hidden(phase: Tensor) -> Tensor:
+    """(n, 21) by how much more than is said pictures of robots in phases (n,) err."""
+    factor = torch.ones(len(phase), PLACES_DIM)
+    touches, holds = ((phase >= begin) & (phase <= Phase.LOWER) for begin in (Phase.REACH, Phase.LIFT))
+    for numbers, doubts, more in (
+        (OBJECT, touches, TOUCHED),
+        ([OBJECT.stop - 1, MIDDLE.stop - 1], touches, TOUCHED_HEIGHT),
+        (GOAL, holds, BEHIND),
+    ):
+        factor[:, numbers] = torch.where(doubts[:, None], more, factor[:, numbers])
+    return factor
 
 
 def _at_its_place(

@@ -20,7 +20,8 @@ from hv_policy.motor.vectors import turned_xy
 
 NUM_PHASES = len(Phase)
 VECTOR_DIM = 1 + 1 + 6 + 6 + 3 + 1
-_APPROACH, _SQUEEZE, _LIFT = int(Phase.APPROACH), int(Phase.SQUEEZE), int(Phase.LIFT)
+_APPROACH, _REACH = int(Phase.APPROACH), int(Phase.REACH)
+_SQUEEZE, _LIFT = int(Phase.SQUEEZE), int(Phase.LIFT)
 _LOWER, _RELEASE = int(Phase.LOWER), int(Phase.RELEASE)
 
 
@@ -33,7 +34,7 @@ class TaskMemory:
     from_hands: Tensor  # (N, 2, 3) hands when the last squeeze, lift, lowering or letting go began
     offset: Tensor  # (N, 2, 3) hands relative to the object then
     from_object_w: Tensor  # (N, 3) the object then, world frame
-    start_height: Tensor  # (N,) the object's height at the first look; below 0: not looked yet
+    start_height: Tensor  # (N,) the object's height until it is squeezed; below 0: not looked yet
 
     @staticmethod
     def of(num: int) -> TaskMemory:
@@ -115,7 +116,7 @@ def _advance(
 ) -> None:
     """`TaskMemory.advance`: writes who lost the object (N,), and changes all but the phase (N,)."""
     for i in range(len(coming)):
-        if start_height[i] < 0:
+        if start_height[i] < 0 or phase[i] <= _REACH:
             start_height[i] = obj[i, 2]
         if coming[i] == phase[i]:
             continue

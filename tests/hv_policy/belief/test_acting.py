@@ -130,13 +130,12 @@ def test_a_new_instruction_is_a_new_task_there_alone(states):
     policy, frames = make_believer().eval(), frames_of(states)
     roll(policy, frames[:4], [[TASKS[0]] * 2] * 4)
     following = policy.student.following
-    following.memory.start_height[:] = 0.5
+    following.slips[:] = 2
     following.searched_rad[:] = 3.0
     policy.select_action({**frames[4], "task": [TASKS[0], TASKS[1]]})
     assert following.searched_rad[0] >= 3.0
     assert following.searched_rad[1] < 0.1
-    assert following.memory.start_height[0] == 0.5
-    assert following.memory.start_height[1] != 0.5
+    assert following.slips.tolist() == [2, 0]
     assert following.blind_steps.tolist()[1] == 1  # it looked at once
 
 
@@ -233,6 +232,53 @@ def test_having_turned_all_round_it_looks_from_elsewhere_and_gives_up_in_the_end
         assert following.searched_rad[0] == 10.0
 
 
+def test_who_turns_goes_on_turning_and_who_walks_goes_on_walking(states):
+    policy, _ = sure_believer(states)
+    following, c = policy.student.following, BeliefConfig()
+    between = torch.full((2, 21), (c.found + c.searching) / 2).log()
+    following.searching[:] = torch.tensor([True, False])
+    for _ in range(3):
+        assert following._searches(between).tolist() == [True, False]
+    assert following._searches(torch.full((2, 21), c.found - 0.01).log()).tolist() == [False, False]
+    assert following._searches(between).tolist() == [False, False]
+    assert following._searches(torch.full((2, 21), c.searching + 0.01).log()).tolist() == [True, True]
+    following.hear(["Put it back.", following.instructions[1]])
+    assert following.searching.tolist() == [False, True]
+
+
+def test_how_high_a_thing_is_stays_while_the_arms_reach_round_it(states):
+    policy, frame = sure_believer(states)
+    following = policy.student.following
+    before = following.belief.places[:, 2].clone()
+    with torch.no_grad():
+        policy.network.perception.measure.bias[2] += 1.0  # it seems to be higher
+    network, height = policy.network.decision, []
+    for phases in ([Phase.REACH, Phase.SQUEEZE], [Phase.ALIGN, Phase.APPROACH]):
+        following.memory.phase[:] = torch.tensor([int(phase) for phase in phases])
+        following.blind_steps[:] = 99
+        network.phase_logits = lambda sights, geometry, memory: torch.eye(11)[memory[:, 0].long()]
+        try:
+            policy.select_action({**frame, "task": TASKS})
+        finally:
+            del network.phase_logits
+        height.append((following.belief.places[:, 2] - before).abs())
+    assert float(height[0].max()) < 0.2 * float(height[1].min())
+
+
+def test_who_is_not_believed_takes_another_thing_or_another_place(states):
+    policy, _ = sure_believer(states)
+    following = policy.student.following
+    belief, envs = following.belief, torch.tensor([True, True])
+    belief.places[:, :2] = belief.places[:, 3:5] = torch.tensor([1.0, 0.5])
+    following.refusals.seen[:] = torch.tensor([[1.0, 0.5], [1.0, 1.0]])  # the first one hardly saw its goal
+    following.slips[:] = following.searched_rad[:] = 3
+    following._think_again(envs)
+    unknown = belief.variance[:, [0, 2]] > 100
+    assert unknown.tolist() == [[False, True], [True, False]]
+    assert following.slips.tolist() == following.searched_rad.tolist() == [0, 0]
+    assert following.copy().refusals is not following.refusals
+
+
 def test_nothing_is_reached_for_that_may_be_elsewhere_and_nothing_for_ever(states):
     policy, _ = sure_believer(states)
     following, phases = policy.student.following, torch.tensor([int(Phase.REACH), int(Phase.REACH)])
@@ -272,11 +318,12 @@ def test_what_slipped_out_of_the_hands_is_held_otherwise_until_there_is_somethin
     policy, batch = sure_believer(states)
     policy.select_action(batch)
     following = policy.student.following
-    following.memory.phase[:] = int(Phase.LIFT)
     monkeypatch.setattr(type(following.memory), "advance", lambda self, phase, view: torch.tensor([True, False]))
-    policy.select_action(batch)
-    assert following.slips.tolist() == [1, 0]
-    assert following.copy().slips.tolist() == [1, 0]
+    for phase, slips in ((Phase.LIFT, 1), (Phase.CARRY, 2)):
+        following.memory.phase[:] = int(phase)
+        policy.select_action(batch)
+        assert following.slips.tolist() == [slips, 0]
+        assert following.copy().slips.tolist() == [slips, 0]
     following.hear(["Put it back.", following.instructions[1]])
     assert following.slips.tolist() == [0, 0]
 

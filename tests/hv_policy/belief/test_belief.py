@@ -3,7 +3,7 @@ import math
 import torch
 
 from hv_policy.belief.belief import UNKNOWN, Belief, BeliefConfig
-from hv_policy.belief.places import GROUPS, OBJECT, PLACES_DIM
+from hv_policy.belief.places import GOAL, GROUPS, OBJECT, PLACES_DIM
 from hv_policy.motor import embodiment
 from hv_policy.motor.proprioception import read_proprioception
 from hv_sim.observations import proprioception
@@ -96,6 +96,12 @@ def test_forgetting_and_doubting_concern_the_environments_named():
     assert belief.variance[1, 0] > 0.4
     assert belief.variance[1, 2] < 0.01  # the goal is where it was
     assert (belief.variance[2] < 0.01).all()
+    belief.forget(torch.tensor([2]), GOAL)
+    assert (belief.variance[2, [2, 3]] == UNKNOWN).all()
+    assert belief.variance[2, 0] < 0.01  # the object is where it was
+    belief.forget(torch.tensor([1]), OBJECT)
+    assert (belief.variance[1, [0, 1]] == UNKNOWN).all()
+    assert belief.variance[1, 2] < 0.01
 
 
 def test_outline_and_walls_stay_where_they_are_while_the_robot_turns():

@@ -8,12 +8,17 @@ from hv_policy.belief.regrip import (
     ABOVE_BOTTOM_M,
     BELOW_TOP_M,
     CLOSED_M,
+    EMPTY_SHARE,
+    HELD_SHARE,
     LEVELS,
     LOWER_M,
+    LYING_M,
     NARROWEST_M,
     WIDER_M,
     closed_on_little,
+    next_try,
     regripped,
+    still_held,
 )
 from hv_policy.decision.view import Phase
 from hv_policy.motor.embodiment import HANDS
@@ -74,4 +79,32 @@ def test_who_would_lift_with_closed_hands_has_nothing_in_them():
     body = BodyState(pos, torch.eye(3).expand(4, 15, 3, 3), torch.zeros(4, 15, 3), torch.zeros(4, 15, 3))
     now = torch.tensor([Phase.SQUEEZE, Phase.SQUEEZE, Phase.LIFT, Phase.SQUEEZE]).long()
     coming = torch.tensor([Phase.LIFT, Phase.SQUEEZE, Phase.LIFT, Phase.LIFT]).long()
-    assert closed_on_little(body, now, coming).tolist() == [True, False, False, False]
+    assert closed_on_little(body, now, coming, torch.full((4,), 0.2)).tolist() == [True, False, False, False]
+    wide = torch.full((4,), 0.5)
+    assert closed_on_little(body, now, coming, wide).tolist() == [True, False, False, True], "not around that"
+
+
+def test_whose_hands_come_together_while_they_carry_has_lost_it():
+    share = torch.tensor([EMPTY_SHARE - 0.05, EMPTY_SHARE + 0.02, HELD_SHARE + 0.02])
+    pos, began = torch.zeros(3, 15, 3), torch.zeros(3, 2, 3)
+    began[:, 1, 1] = 0.4
+    pos[:, HANDS[1], 1] = 0.4 * share
+    body = BodyState(pos, torch.eye(3).expand(3, 15, 3, 3), torch.zeros(3, 15, 3), torch.zeros(3, 15, 3))
+    told = {Phase.CARRY: ([True, False, False], [False, False, True]), Phase.LIFT: ([True, False, False], [False] * 3)}
+    for phase in Phase:
+        empty, held = still_held(body, torch.full((3,), int(phase)), began)
+        expected = told.get(Phase.CARRY if phase == Phase.ALIGN_PLACE else phase, ([False] * 3, [False] * 3))
+        assert (empty.tolist(), held.tolist()) == expected
+
+
+def test_what_was_dropped_is_held_lowest_at_once():
+    slips, never = torch.tensor([0, 1, 2, 3]), torch.zeros(4, dtype=torch.bool)
+    assert next_try(slips, never, never).tolist() == slips.tolist()
+    assert next_try(slips, ~never, never).tolist() == [1, 2, 3, 4]
+    assert next_try(slips, never, ~never).tolist() == [2, 2, 3, 5]
+
+
+def test_what_may_have_fallen_over_is_held_near_the_floor_but_on_a_table_it_is_not():
+    out = regripped(torch.cat([thing(0.35, 0.15, 0.3), thing(0.9, 0.15, 0.3)]), torch.full((2,), LEVELS - 1))
+    assert 0.35 + grip(out)[0].item() == pytest.approx(LYING_M)
+    assert 0.9 + grip(out)[1].item() > 0.75
