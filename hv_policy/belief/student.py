@@ -55,8 +55,8 @@ DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
 ARRIVED_M, RISE_S = 0.35, 1.5
 TOUCHED, TOUCHED_HEIGHT, BEHIND = 3.0, 10.0, 2.0
-"""By how much more than is said a picture errs in where a thing is, and in how high it is, while arms reach round it (it
-seems nearer than it is, and higher, for where arms do so it mostly hangs); and in where the goal is, of which the thing
+"""By how much more than is said a picture errs in where a thing is, and how high it is, while arms reach round it: it
+seems nearer than it is, and higher, for where arms do so it mostly hangs. And in where the goal is, of which the thing
 in the hands hides a part."""
 _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
