@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 import torch
 from torch import Tensor
@@ -40,6 +41,8 @@ _WORKING_SHARE = 0.5
 """So often it is bent and has its hands somewhere before it."""
 _HEIGHT_M, _PITCH_RAD = (0.5, 0.86), (0.0, 1.2)
 _HANDS_LOW_M, _HANDS_HIGH_M = (0.15, 0.05, 0.2), (0.55, 0.35, 1.2)
+_LYING_SHARE, _LYING_M = 0.15, (0.4, 1.6)
+"""So often the object was dropped: it lies on its side on the floor, so far from the robot."""
 _CARRYING_SHARE = 0.4
 """So often, but not in the first view from a place, it holds the object before it, which hides much of the room."""
 _CARRIED_HEIGHT_M, _CARRIED_PITCH_RAD = (0.7, 0.84), (0.0, 0.3)
@@ -53,7 +56,8 @@ def glance_around(
     """Puts the robots of a world somewhere `glances` times, each time yielding the world and what is known there.
 
     Every sub-task has its turn, with the objects of those before it at their goals. A third of the time the objects
-    stand a few centimetres from where they should; in some views the robot has its object in its hands.
+    stand a few centimetres from where they should; sometimes the sub-task's lies on its side on the floor, and in some
+    views the robot has it in its hands.
 
     Args:
         tasks: one for each environment.
@@ -106,7 +110,23 @@ def _place(
         near = far[np.linalg.norm(far - aim, axis=-1) < _NEAR_M]
         far = near if len(near) else far
     qpos[:2] = far[rng.integers(len(far))] + rng.uniform(-0.05, 0.05, 2)
+    if rng.uniform() < _LYING_SHARE:
+        away = np.linalg.norm(free - qpos[:2], axis=-1)
+        around = free[(away > _LYING_M[0]) & (away < _LYING_M[1])]
+        if len(around):
+            row = int(scene.subtask_object[subtask])
+            aim = around[rng.integers(len(around))]
+            objects[row] = _lying(aim, scene.half_extents_m[row], rng)
     return qpos, aim
+
+
+def _lying(xy_w: np.ndarray, half_extents_m: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """(7,) pose of a thing with half extents (3,) on the floor at (2,), fallen over to one of its four sides."""
+    axis, turn = int(rng.integers(2)), rng.uniform(-np.pi, np.pi)
+    fallen = np.sqrt(0.5) * np.array([1.0, *(np.eye(3)[axis] * rng.choice([-1.0, 1.0]))])
+    upright, c, s = np.zeros(4), np.cos(turn / 2), np.sin(turn / 2)
+    mujoco.mju_mulQuat(upright, np.array([c, 0.0, 0.0, s]), fallen)
+    return np.array([*xy_w, half_extents_m[1 - axis], *upright])
 
 
 def _turned(place: tuple[np.ndarray, np.ndarray], rng: np.random.Generator) -> np.ndarray:

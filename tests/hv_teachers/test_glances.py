@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 import torch
 
 from hv_policy.belief.places import GOAL, OBJECT
@@ -44,6 +45,28 @@ def test_in_some_views_the_object_is_between_the_hands():
         held += [(number % VIEWS_PER_PLACE == 0, bool(near)) for near in apart < 0.12]
     assert 0.1 < np.mean([near for first, near in held if not first]) < 0.7
     assert not any(near for first, near in held if first)
+
+
+def test_sometimes_the_object_lies_on_its_side_on_the_floor(monkeypatch):
+    monkeypatch.setattr("hv_teachers.glances._LYING_SHARE", 1.0)
+    world, _ = next(glance_around(TASKS, [3, 4], VIEWS_PER_PLACE))
+    rows, state = torch.arange(2), world.state
+    assert (state.object_rot_w[rows, world.object_index, 2, 2].abs() < 1e-5).all(), "its own up is level"
+    for env in range(2):
+        data, model = world.physics.data(env), world.physics.model(env)
+        row = int(world.object_index[env])
+        body = model.body_dofadr.tolist().index(6 + 28 + 6 * row)
+        lowest = min(_lowest_m(model, data, g) for g in np.flatnonzero(model.geom_bodyid == body))
+        assert lowest == pytest.approx(0.0, abs=0.02), "it lies on the floor"
+        away = np.linalg.norm(data.xpos[body, :2] - data.qpos[:2])
+        assert 0.3 < away < 1.7
+
+
+def _lowest_m(model, data, geom: int) -> float:
+    """The bottom of a geom's own bounding box, in the world."""
+    centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+    rotation = data.geom_xmat[geom].reshape(3, 3)
+    return float((data.geom_xpos[geom] + rotation @ centre)[2] - np.abs(rotation[2]) @ half)
 
 
 def test_glances_follow_from_the_task_and_the_seed_alone():
