@@ -64,6 +64,7 @@ class BeliefConfig:
         inside_m: an object cannot be so near to the middle of the robot.
         unrest: deviation by which everything may change in one control step, m.
         doubt: deviation of an object that was lost, m;
+        doubt_put_down: of one that was put down where it should be, and nobody was content: it lies before the robot;
         doubt_at_feet: and of one that slipped out of the hands: it lies before the robot, who steps back to see it.
         absent: where something should be in the picture, and this far from its edge at least (share of half its width),
         absent_beyond_m: and not so near that the arms may hide it,
@@ -95,6 +96,7 @@ class BeliefConfig:
     drift: float = 0.03
     unrest: float = 0.003
     doubt: float = 0.7
+    doubt_put_down: float = 0.1
     doubt_at_feet: float = 0.3
     absent: float = 0.2
     absent_beyond_m: float = 0.6

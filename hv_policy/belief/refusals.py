@@ -27,10 +27,11 @@ class Refusals:
         self.seen = torch.ones(num, 2)
         """(N, 2) in which share of the latest pictures the object, while it was walked to, and its goal were seen."""
         self._refused: list[list[tuple[slice, Tensor]]] = [[] for _ in range(num)]
+        self._missed = [False] * num
 
     def forget(self, env: int) -> None:
         """Environment `env` has something else to do."""
-        self._refused[env] = []
+        self._refused[env], self._missed[env] = [], False
         self.seen[env] = 1.0
 
     def see(self, ids: Tensor, in_view: Tensor, phase: Tensor) -> None:
@@ -41,12 +42,18 @@ class Refusals:
     def refuse(self, env: int, places: Tensor) -> slice | None:
         """Decides which was wrong in environment `env`, `OBJECT` or `GOAL`; `None`: it did not get where it should.
 
+        The first time it is the goal, which may be right and was seen badly, past the thing in the hands: it may be
+        where it was. After that it is one of the two, and not where it was.
+
         Args:
             env: its number.
             places: (21,) what it believes.
         """
         if float((places[OBJECT] - places[GOAL]).norm()) > AGREE_M:
             return None
+        if not self._missed[env]:
+            self._missed[env] = True
+            return GOAL
         so_far = [place for place, _ in self._refused[env]]
         goal_first = float(self.seen[env, 1]) < SURE and so_far.count(GOAL) <= so_far.count(OBJECT)
         place = GOAL if goal_first else OBJECT

@@ -35,7 +35,7 @@ CLOSED_M, CLOSED_SHARE = 0.22, 0.85
 """Hands whose centres are nearer than this, or than this share of the thing's width, when they squeeze hold no thing
 that could be lifted, but its handle, its leaves or nothing: the narrowest things are 0.15 m wide, and a hand is 0.04 m
 thick on either side."""
-EMPTY_SHARE, HELD_SHARE = 0.85, 0.93
+EMPTY_SHARE, HELD_SHARE = 0.8, 0.93
 """Of how far apart hands were when they began to lift: nearer than the first they have lost it, farther than the second
 they have it still. (Of 10,900 steps in which they carried something 99 % were above the second.)"""
 

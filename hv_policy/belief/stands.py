@@ -14,8 +14,9 @@ import numpy as np
 
 from hv_policy.belief.ways import UNSEEN, Reach
 
-LOW_M = 0.4
-"""An object whose middle is lower stands on the floor: the robot squats, and stands farther back for that."""
+LOW_M = 0.43
+"""An object whose middle is lower stands on the floor: the robot squats, and stands farther back for that. (Chairs are
+0.41 m high in their middle; of what stands on anything from 0.3 m up it is at 0.44 m and higher.)"""
 STAND_CLEARANCE_M, EASY_CLEARANCE_M = 0.1, 0.22
 """Room that a stand needs; where there is less than the second, it may be up to 0.16 m farther back."""
 RETREAT_M, RETREAT_CLEARANCE_M = 0.7, 0.25

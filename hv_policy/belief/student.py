@@ -414,9 +414,11 @@ class Following:
             self.wayfinder.step_back(env)
             if self.slips[env] % LEVELS == 0:
                 self.wayfinder.fail(env)
-        self._look_again(lost & slipped, self.belief.config.doubt_at_feet)
-        self._look_again(lost & ~slipped, self.belief.config.doubt)
-        self._think_again(lost & (before_this == Phase.IDLE))
+        c = self.belief.config
+        self._look_again(lost & slipped, c.doubt_at_feet)
+        refused = lost & (before_this == Phase.IDLE)
+        self._look_again(lost & ~slipped, torch.where(refused, c.doubt_put_down, c.doubt))
+        self._think_again(refused)
         vector = self.memory.vector(view)
         action = _at_its_place(decision, sights, hand_anchors(view, vector), geometry, vector)
         self.memory.tick()
@@ -449,10 +451,13 @@ class Following:
         self._look_again(given_up, self.belief.config.doubt)
         self.hesitates_s = self.hesitates_s * ~given_up
 
-    def _look_again(self, lost: Tensor, deviation_m: float) -> None:
-        """Where the object is `lost` (N,) bool it may be so far away, and may be looked for as at the beginning."""
+    def _look_again(self, lost: Tensor, deviation_m: float | Tensor) -> None:
+        """Where the object is `lost` (N,) bool it may be so far away, (N,) or everywhere the same, and may be looked
+        for as at the beginning."""
+        for env in lost.nonzero()[:, 0].tolist():
+            away_m = float(deviation_m[env]) if isinstance(deviation_m, Tensor) else deviation_m
+            self.belief.doubt(torch.tensor([env]), away_m)
         if bool(lost.any()):
-            self.belief.doubt(lost.nonzero()[:, 0], deviation_m)
             self.searched_rad, self.rounds = self.searched_rad * ~lost, self.rounds * ~lost
 
     def _think_again(self, refused: Tensor) -> None:

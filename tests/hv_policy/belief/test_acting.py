@@ -273,10 +273,23 @@ def test_who_is_not_believed_takes_another_thing_or_another_place(states):
     following.refusals.seen[:] = torch.tensor([[1.0, 0.5], [1.0, 1.0]])  # the first one hardly saw its goal
     following.slips[:] = following.searched_rad[:] = 3
     following._think_again(envs)
-    unknown = belief.variance[:, [0, 2]] > 100
-    assert unknown.tolist() == [[False, True], [True, False]]
+    assert (belief.variance[:, [0, 2]] > 100).tolist() == [[False, True], [False, True]], "it looks at the goal again"
+    belief.variance[:] = 0.01
+    following._think_again(envs)
+    assert (belief.variance[:, [0, 2]] > 100).tolist() == [[False, True], [True, False]]
     assert following.slips.tolist() == following.searched_rad.tolist() == [0, 0]
     assert following.copy().refusals is not following.refusals
+
+
+def test_what_was_just_put_down_is_not_looked_for_all_round(states, monkeypatch):
+    policy, batch = sure_believer(states)
+    policy.select_action(batch)
+    following, c = policy.student.following, BeliefConfig()
+    following.belief.places[:, 3] += 3.0  # not where it should be
+    following.memory.phase[:] = torch.tensor([int(Phase.IDLE), int(Phase.RETREAT)])
+    monkeypatch.setattr(type(following.memory), "advance", lambda self, phase, view: torch.tensor([True, True]))
+    policy.select_action(batch)
+    assert following.belief.variance[:, 0].sqrt().tolist() == pytest.approx([c.doubt_put_down, c.doubt], abs=0.02)
 
 
 def test_nothing_is_reached_for_that_may_be_elsewhere_and_nothing_for_ever(states):
