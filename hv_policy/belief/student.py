@@ -393,11 +393,7 @@ class Following:
         phase = self._sure_of(logits.argmax(-1), places_h)
         phase = self._elsewhere(phase)
         before_this = self.memory.phase
-        width_m = 2 * self.belief.places[:, SPAN].norm(dim=-1)
-        closed = closed_on_little(body, before_this, phase, width_m) & (self.slips < LEVELS)
-        empty, held = still_held(body, before_this, self.memory.from_hands)
-        phase = torch.where(held & (phase == Phase.APPROACH), before_this, phase)
-        phase = torch.where(closed | empty, int(Phase.APPROACH), phase)
+        phase, closed = self._felt(body, phase)
         bent = (before_this >= Phase.REACH) & (before_this <= Phase.RELEASE)
         self.rising_s = torch.where(
             bent & (phase < Phase.REACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
@@ -409,7 +405,8 @@ class Following:
             self.wayfinder.walk_away(env, self.belief.pose[env], self.belief.config.explore_m)
         lost = self.memory.advance(phase, view) & ~stuck
         slipped = closed | (lost & (before_this >= Phase.LIFT) & (before_this <= Phase.ALIGN_PLACE))
-        self.slips = next_try(self.slips, slipped, slipped & (before_this >= Phase.CARRY))
+        if bool(slipped.any()):
+            self.slips = next_try(self.slips, slipped, slipped & (before_this >= Phase.CARRY))
         for env in slipped.nonzero()[:, 0].tolist():
             self.wayfinder.step_back(env)
             if self.slips[env] % LEVELS == 0:
@@ -417,12 +414,25 @@ class Following:
         c = self.belief.config
         self._look_again(lost & slipped, c.doubt_at_feet)
         refused = lost & (before_this == Phase.IDLE)
-        self._look_again(lost & ~slipped, torch.where(refused, c.doubt_put_down, c.doubt))
+        self._look_again(refused, c.doubt_put_down)
+        self._look_again(lost & ~slipped & ~refused, c.doubt)
         self._think_again(refused)
         vector = self.memory.vector(view)
         action = _at_its_place(decision, sights, hand_anchors(view, vector), geometry, vector)
         self.memory.tick()
         return _at_its_place(decision, action, ask=decision.from_units)
+
+    def _felt(self, body: BodyState, phase: Tensor) -> tuple[Tensor, Tensor]:
+        """(N,) the phase that comes next, but who has nothing between the hands starts anew, and who has something goes
+        on; and (N,) bool who closed them on next to nothing."""
+        now = self.memory.phase
+        if not bool(((now >= Phase.SQUEEZE) & (now <= Phase.ALIGN_PLACE)).any()):
+            return phase, torch.zeros_like(now, dtype=torch.bool)
+        width_m = 2 * self.belief.places[:, SPAN].norm(dim=-1)
+        closed = closed_on_little(body, now, phase, width_m) & (self.slips < LEVELS)
+        empty, held = still_held(body, now, self.memory.from_hands)
+        phase = torch.where(held & (phase == Phase.APPROACH), now, phase)
+        return torch.where(closed | empty, int(Phase.APPROACH), phase), closed
 
     def _elsewhere(self, phase: Tensor) -> Tensor:
         """(N,) the phase that comes next, but who could not reach the object from a side, twice, goes to another one.
@@ -451,13 +461,10 @@ class Following:
         self._look_again(given_up, self.belief.config.doubt)
         self.hesitates_s = self.hesitates_s * ~given_up
 
-    def _look_again(self, lost: Tensor, deviation_m: float | Tensor) -> None:
-        """Where the object is `lost` (N,) bool it may be so far away, (N,) or everywhere the same, and may be looked
-        for as at the beginning."""
-        for env in lost.nonzero()[:, 0].tolist():
-            away_m = float(deviation_m[env]) if isinstance(deviation_m, Tensor) else deviation_m
-            self.belief.doubt(torch.tensor([env]), away_m)
+    def _look_again(self, lost: Tensor, deviation_m: float) -> None:
+        """Where the object is `lost` (N,) bool it may be so far away, and may be looked for as at the beginning."""
         if bool(lost.any()):
+            self.belief.doubt(lost.nonzero()[:, 0], deviation_m)
             self.searched_rad, self.rounds = self.searched_rad * ~lost, self.rounds * ~lost
 
     def _think_again(self, refused: Tensor) -> None:
