@@ -124,9 +124,9 @@ def _lying(xy_w: np.ndarray, half_extents_m: np.ndarray, rng: np.random.Generato
     """(7,) pose of a thing with half extents (3,) on the floor at (2,), fallen over to one of its four sides."""
     axis, turn = int(rng.integers(2)), rng.uniform(-np.pi, np.pi)
     fallen = np.sqrt(0.5) * np.array([1.0, *(np.eye(3)[axis] * rng.choice([-1.0, 1.0]))])
-    upright, c, s = np.zeros(4), np.cos(turn / 2), np.sin(turn / 2)
-    mujoco.mju_mulQuat(upright, np.array([c, 0.0, 0.0, s]), fallen)
-    return np.array([*xy_w, half_extents_m[1 - axis], *upright])
+    lying = np.zeros(4)
+    mujoco.mju_mulQuat(lying, _about_z(turn), fallen)
+    return np.array([*xy_w, half_extents_m[1 - axis], *lying])
 
 
 def _turned(place: tuple[np.ndarray, np.ndarray], rng: np.random.Generator) -> np.ndarray:
@@ -136,7 +136,7 @@ def _turned(place: tuple[np.ndarray, np.ndarray], rng: np.random.Generator) -> n
     if rng.uniform() < _FACING_SHARE:
         ahead = aim - qpos[:2]
         yaw = np.arctan2(ahead[1], ahead[0]) + rng.uniform(-_FACING_RAD, _FACING_RAD)
-    turned[3:7] = np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)
+    turned[3:7] = _about_z(yaw)
     turned[_NECK_YAW], turned[_NECK_PITCH] = rng.uniform(*GAZE_YAW_RAD), rng.uniform(*GAZE_PITCH_RAD)
     return turned
 
@@ -188,7 +188,7 @@ def _postured(
             x, y, thing[2] = held.at_m
             thing[:2] = state[0] + cos * x - sin * y, state[1] + sin * x + cos * y
             yaw = np.arctan2(sin, cos) + held.yaw_rad
-            thing[3:] = np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)
+            thing[3:] = _about_z(yaw)
         if rng.uniform() < _WORKING_SHARE or held is not None:
             neck = state[[_NECK_YAW, _NECK_PITCH]]
             state[7:ROBOT_NQ] = joints[env]
@@ -207,8 +207,12 @@ def _free_places(scene: Scene) -> np.ndarray:
 
 def _quaternion(rotation: np.ndarray) -> np.ndarray:
     """(4,) of a rotation about z."""
-    yaw = np.arctan2(rotation[1, 0], rotation[0, 0])
-    return np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
+    return _about_z(np.arctan2(rotation[1, 0], rotation[0, 0]))
+
+
+def _about_z(yaw_rad: float) -> np.ndarray:
+    """(4,) of a turn about z."""
+    return np.array([np.cos(yaw_rad / 2), 0.0, 0.0, np.sin(yaw_rad / 2)])
 
 
 def no_action(world: RearrangeWorld) -> tuple[Tensor, Tensor]:
