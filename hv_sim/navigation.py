@@ -41,6 +41,10 @@ TOP_ROOM_M = 0.045
 """How far below the top of what lies and offers no faces the hands press."""
 WORSE_M = 0.05
 """Ways to hold what lies do not count if their points are so much farther from where they should be than the best."""
+REACH_M = (0.45, 0.52)
+"""How far ahead of its stand a robot reaches down to what lies; farther off its hands do not get there."""
+OUT_OF_REACH = 3.0
+"""What a metre out of reach counts beside a metre between where hands press and where they should."""
 SPURNED_M = 5.0
 """So much longer a way is preferred to a side from which the object was tried in vain once."""
 WINDOW = 10
@@ -117,10 +121,10 @@ def plan_subtask(
     half = scene.half_extents_m[k]
     low = positions[k, 2] - float(np.abs(rotation[2]) @ half)
     sides = []
-    for number, (grasp_o, depth, facing, places_facing) in enumerate(_ways_to_hold(scene, k, rotation, goal_yaw)):
-        picks = _stand(grid, clearance, positions[k], facing, depth, low)
+    for number, (grasp_o, depth, facing, places_facing, off) in enumerate(_ways_to_hold(scene, k, rotation, goal_yaw)):
+        picks = _stand(grid, clearance, positions[k], facing, depth, low, off)
         for place_facing in places_facing:
-            places = _stand(grid, clearance, goal, place_facing, depth, goal[2] - half[2])
+            places = _stand(grid, clearance, goal, place_facing, depth, goal[2] - half[2], off)
             lacking = _lacking_room_m(grid, clearance, picks) + _lacking_room_m(grid, clearance, places)
             before, after = _back_off(free, picks), _back_off(free, places)
             straight = np.linalg.norm(before - np.asarray(robot_xy_m)[:2]) + np.linalg.norm(after - before)
@@ -166,14 +170,15 @@ def _times_spurned(facing_rad: float, spurned_rad: np.ndarray | None) -> int:
 
 def _ways_to_hold(
     scene: Scene, k: int, rotation: np.ndarray, goal_yaw: float
-) -> Iterator[tuple[np.ndarray, float, float, list[float]]]:
-    """The ways to take object k: (2, 3) grasp in its frame, depth in m, where to face there, and where at the goal."""
+) -> Iterator[tuple[np.ndarray, float, float, list[float], Point]]:
+    """The ways to take object k: (2, 3) grasp in its frame, depth in m, where to face there, and where at the goal;
+    and how far ahead of its middle, and to the left, the hands are, if that matters for where to stand."""
     half = scene.half_extents_m[k]
     if rotation[2, 2] > UPRIGHT:
         yaw = _yaw_of(rotation)
         for i in np.flatnonzero(scene.grasp_ok[k]).tolist():
             turn = i * np.pi / 2
-            yield scene.grasps_o[k, i], 2 * float(half[i % 2]), yaw + turn, [goal_yaw + turn]
+            yield scene.grasps_o[k, i], 2 * float(half[i % 2]), yaw + turn, [goal_yaw + turn], (0.0, 0.0)
         return
     # it lies: press what faces the hands, along the axis that lies flattest or across that, and turn it at the goal as
     # there is room
@@ -189,11 +194,20 @@ def _ways_to_hold(
                 ways.append((found[1], found[0], ahead_w, 2 * float(np.abs(ahead_o) @ half)))
     if not ways:
         ways = list(_by_extent(half, rotation, first))
-    best = min(way[0] for way in ways)
-    for off, grasp, ahead_w, depth in ways:
-        if off < best + WORSE_M:
+    middles = [rotation @ grasp.mean(0) for _, grasp, _, _ in ways]
+    offs = [
+        (float(at @ ahead), float(at[1] * ahead[0] - at[0] * ahead[1]))
+        for at, (_, _, ahead, _) in zip(middles, ways, strict=True)
+    ]
+    too_far = [
+        max(0.0, stand_distance_m(depth, 0.0) + off[0] - REACH_M[1])
+        for off, (_, _, _, depth) in zip(offs, ways, strict=True)
+    ]
+    costs = [way[0] + OUT_OF_REACH * far for way, far in zip(ways, too_far, strict=True)]
+    for cost, off, (_, grasp, ahead_w, depth) in zip(costs, offs, ways, strict=True):
+        if cost < min(costs) + WORSE_M:
             facing = float(np.arctan2(ahead_w[1], ahead_w[0]))
-            yield grasp, depth, facing, [goal_yaw + i * np.pi / 2 for i in range(4)]
+            yield grasp, depth, facing, [goal_yaw + i * np.pi / 2 for i in range(4)], off
 
 
 def _by_extent(
@@ -413,13 +427,18 @@ def _stand(
     facing_rad: float,
     depth_m: float,
     support_height_m: float,
+    off_m: Point = (0.0, 0.0),
 ) -> np.ndarray:
-    """(3,) x, y and yaw of the robot that faces an object at a position, its knees and toes clear of a table."""
+    """(3,) x, y and yaw of the robot that faces an object at a position, its knees and toes clear of a table; the
+    hands `off_m` ahead of its middle and to the left."""
     nearest = stand_distance_m(depth_m, support_height_m)
+    if off_m[0] < 0:
+        nearest = max(nearest, REACH_M[0] - off_m[0])
     yaw = np.arctan2(np.sin(facing_rad), np.cos(facing_rad))
     ahead = np.array([np.cos(yaw), np.sin(yaw)])
     distances = nearest + np.arange(0.0, STEP_BACK_M + 1e-9, 0.02)
-    places = position_w[:2] - distances[:, None] * ahead
+    middle = position_w[:2] + off_m[1] * np.array([-ahead[1], ahead[0]])
+    places = middle - distances[:, None] * ahead
     at = grid.cells_of(places)
     enough = clearance_m[at[:, 0], at[:, 1]] >= EASY_CLEARANCE_M
     chosen = int(enough.argmax()) if enough.any() else 0

@@ -61,6 +61,12 @@ class BuiltObject:
     grasps_o: np.ndarray
     grasp_ok: np.ndarray
 
+    @property
+    def rolls(self) -> bool:
+        """All of it that collides is round about the z axis of its frame."""
+        solid = [part for part in self.parts if part.collides]
+        return all(part.shape == "cylinder" and not np.any(part.pos_m[:2]) for part in solid)
+
 
 def build_object(
     kind: str,

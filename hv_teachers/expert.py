@@ -9,7 +9,6 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
-from hv_policy.decision.view import Phase
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_sim.observations import proprioception
 from hv_sim.rendering import StepCamera
@@ -67,7 +66,7 @@ class PlannerExpert(_Does):
         if len(begun):
             self.reset(begun if len(begun) < world.num_envs else None)
         # an object that slipped away, or was kicked before it was lifted, needs a new way to it
-        kicked = world.navigator.picked_up & (self.planner.phase <= Phase.SQUEEZE)
+        kicked = self.routes.disturbed(world, self.planner.phase)
         in_vain = self.planner.lost | self._gave_up
         self.routes.spurn(in_vain.nonzero()[:, 0])
         replan_routes(world, ((in_vain | kicked) & ~world.done).nonzero()[:, 0], self.routes.spurned_rad)

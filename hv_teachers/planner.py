@@ -39,7 +39,10 @@ class PlannerConfig:
     reach_s: float = 1.4
     reach_tolerance_m: float = 0.02
     """An object that is gripped so far before or behind its centre of mass hangs askew."""
-    squeeze_s: float = 0.7
+    squeeze_s: float = 0.6
+    grip_down_m: float = 0.017
+    """Hands press so far below the route's grasp points, as long as that is over `least_grip_m`."""
+    least_grip_m: float = 0.1
     lift_s: float = 2.0
     lower_s: float = 1.5
     lower_s_per_m: float = 1.6
@@ -49,7 +52,7 @@ class PlannerConfig:
     """Gap between hand and object when it is let go."""
     release_s: float = 0.7
     carry_height_m: float = 1.0
-    clearance_m: float = 0.12
+    clearance_m: float = 0.15
     lost_m: float = 0.25
     missed_m: float = 0.3
     """Farther than this from its goal an object that was let go is fetched again."""
@@ -90,7 +93,7 @@ class ScriptedPlanner:
         """(N, 14) intents for this control step."""
         c = self.config
         hands = _to_heading(view, view.hands)
-        grasp = _to_heading(view, view.grasp)
+        grasp = self._gripped(_to_heading(view, view.grasp))
         obj = _to_heading(view, view.object_pos[:, None])[:, 0]
         self._advance(view, hands, grasp, obj)
         phase, clock = self.phase, self.clock_s
@@ -269,6 +272,12 @@ class ScriptedPlanner:
         goal[:, 2] -= 0.01
         share = torch.stack([across, across, down], -1)
         return self._from_object + (goal - self._from_object) * share, across
+
+    def _gripped(self, grasp: Tensor) -> Tensor:
+        """Where hands shall press (N, 2, 3), heading frame: somewhat below a route's grasp points."""
+        height = grasp[..., 2]
+        lower = torch.maximum(height - self.config.grip_down_m, height.clamp(max=self.config.least_grip_m))
+        return torch.cat([grasp[..., :2], lower[..., None]], -1)
 
     def _carry_hands(self, view: TaskView) -> Tensor:
         """(N, 2, 3) hands that hold the object before the chest, heading frame."""

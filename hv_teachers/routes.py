@@ -9,10 +9,13 @@ from torch import Tensor
 from hv_policy.batch_invariant import atan2
 from hv_policy.decision.view import Phase, TaskView
 from hv_policy.motor import embodiment as body
+from hv_sim.navigation import UPRIGHT
 from hv_sim.observations import Heading
 from hv_sim.world import RearrangeWorld
 
 SPURNED = 6
+TURNED = 0.97
+"""Cosine of the angle (14 degrees) from which what rolled over is held otherwise."""
 REACH_S, ALIGN_S = 9.0, 20.0
 """Who reaches or steps into place for longer will not get there from this side."""
 
@@ -32,6 +35,10 @@ class RouteViews:
         """(N, 2, 3) where the right and the left hand should touch the object, in its frame."""
         self.depth_m = torch.zeros(num_envs)
         """(N,) the object's extent along the robot's view."""
+        self.planned_rot_w = torch.eye(3).repeat(num_envs, 1, 1)
+        """(N, 3, 3) how the object was turned when the route was planned."""
+        self.rolls = torch.zeros(num_envs, dtype=torch.bool)
+        """(N,) the object is round and lay on its side then: that it rolls makes no difference."""
         self._last = torch.zeros(num_envs, 2, dtype=torch.long)
         self.spurned_rad = torch.full((num_envs, SPURNED), torch.nan)
         """(N, SPURNED) from where the object was tried in vain, the newest first: see `plan_subtask`."""
@@ -64,8 +71,30 @@ class RouteViews:
             self.grasp_o[i] = torch.tensor(np.asarray(route.grasp_o), dtype=torch.float32).flip(0)
             self.depth_m[i] = route.depth_m
             to_object = len(route.waypoints_to_object)
+            k = int(world.object_index[i])
+            self.planned_rot_w[i] = world.state.object_rot_w[i, k]
+            lies = self.planned_rot_w[i, 2, 2].abs() < UPRIGHT
+            self.rolls[i] = lies & world.scenes[i].built[k].rolls
             self._last[i, 0], self._last[i, 1] = to_object - 1, to_object + len(route.waypoints_to_goal) - 1
         return torch.tensor(changed, dtype=torch.long)
+
+    def disturbed(self, world: RearrangeWorld, phase: Tensor) -> Tensor:
+        """(N,) bool: before it was held in a phase (N,) the object was moved, or it rolled over, since the route was
+        planned."""
+        now, then = world.state.object_rot_w[self._rows, world.object_index], self.planned_rot_w
+        whole = ((now * then).sum((1, 2)) - 1) / 2
+        cosine = torch.where(self.rolls, (now[..., 2] * then[..., 2]).sum(1), whole)
+        rolled = (cosine < TURNED) & (phase <= Phase.REACH) & (self.subtask == world.subtask_index)
+        return rolled | (world.navigator.picked_up & (phase <= Phase.SQUEEZE))
+
+    def _unrolled(self, rotation: Tensor) -> Tensor:
+        """(N, 2, 3) where the hands should touch the object, in its frame, turned as (N, 3, 3) now: in a frame that did
+        not roll, if it is round."""
+        since = self.planned_rot_w.transpose(1, 2) @ rotation
+        angle = atan2(since[:, 1, 0] - since[:, 0, 1], since[:, 0, 0] + since[:, 1, 1]) * self.rolls
+        cos, sin = angle.cos()[:, None], angle.sin()[:, None]
+        x, y, z = self.grasp_o.unbind(-1)
+        return torch.stack([cos * x + sin * y, cos * y - sin * x, z], -1)
 
     def view(self, world: RearrangeWorld, heading: Heading | None = None) -> TaskView:
         """What there is to see now."""
@@ -73,7 +102,7 @@ class RouteViews:
         state, rows = world.state, self._rows
         index = world.object_index
         position, rotation = state.object_pos_w[rows, index], state.object_rot_w[rows, index]
-        grasp = (rotation[:, None] @ self.grasp_o[..., None])[..., 0] + position[:, None]
+        grasp = (rotation[:, None] @ self._unrolled(rotation)[..., None])[..., 0] + position[:, None]
         navigator = world.navigator
         is_last = (navigator.waypoint_index[:, None] == self._last).any(-1)
         clearance, away = navigator.room(state.link_pos_w[:, 0])

@@ -15,7 +15,7 @@ from torch import Tensor
 from hv_policy.decision.memory import TaskMemory
 from hv_policy.decision.network import DecisionNetwork
 from hv_policy.decision.sight import hand_anchors, sight
-from hv_policy.decision.view import Phase, TaskView, to_heading
+from hv_policy.decision.view import TaskView, to_heading
 from hv_policy.decision.weights import load_decision, save_decision
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
@@ -132,7 +132,7 @@ class TeacherSenses:
 
     def _needs_route(self, world: RearrangeWorld) -> Tensor:
         if self.remembers_phase:
-            kicked = world.navigator.picked_up & (self.memory.phase <= Phase.SQUEEZE)
+            kicked = self.routes.disturbed(world, self.memory.phase)
             return self.lost | self.gave_up | kicked
         # without a phase: it was moved, lies still, far from the hands and from where it should be
         state, rows = world.state, torch.arange(world.num_envs)

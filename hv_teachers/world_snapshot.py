@@ -41,6 +41,8 @@ def save_env(env: TeacherEnv) -> dict[str, Any]:
         "gave_up": senses.gave_up.clone(),
         "spurned": senses.routes.spurned_rad.clone(),
         "subtask": senses.routes.subtask.clone(),
+        "planned_rot": senses.routes.planned_rot_w.clone(),
+        "rolls": senses.routes.rolls.clone(),
         "frames": env.history.frames.clone(),
         "fresh": env.history.fresh.clone(),
         "env": {name: getattr(env, name).clone() for name in _ENV},
@@ -57,6 +59,7 @@ def restore_env(env: TeacherEnv, saved: dict[str, Any]) -> None:
     senses.last_action, senses.lost = saved["last_action"].clone(), saved["lost"].clone()
     senses.routes.reset(torch.arange(env.num_envs))
     senses.routes.follow(env.world)  # taken over without starting the memory anew
+    senses.routes.planned_rot_w, senses.routes.rolls = saved["planned_rot"].clone(), saved["rolls"].clone()
     senses.gave_up = saved["gave_up"].clone()
     senses.routes.spurned_rad, senses.routes.subtask = saved["spurned"].clone(), saved["subtask"].clone()
     env.forget_sight()

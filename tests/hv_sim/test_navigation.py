@@ -8,6 +8,7 @@ import torch
 
 from hv_sim.navigation import (
     EASY_CLEARANCE_M,
+    REACH_M,
     RETREAT_CLEARANCE_M,
     RETREAT_M,
     ROBOT_RADIUS_M,
@@ -99,6 +100,32 @@ def test_turned_object_is_taken_from_its_turned_side(scenes):
     turn = (route.pick_stand_xy_yaw[2] - 0.4) / (np.pi / 2)
     assert turn == pytest.approx(round(turn), abs=1e-6)
     np.testing.assert_array_equal(route.grasp_o, scene.grasps_o[k, round(turn) % 4])
+
+
+def test_what_lies_is_before_the_hands(scenes):
+    """Each object on each of its sides: the robot stands where the hands are as far to either side, and near."""
+    reached = []
+    for scene in scenes:
+        robot, positions = np.array(scene.task.robot.position_m), _starts(scene)
+        for i in range(scene.num_subtasks):
+            k = scene.subtask_object[i]
+            for axis, sign, turn in itertools.product((0, 1), (-1, 1), (0.0, 1.1)):
+                tip = np.eye(3)
+                other = 1 - axis
+                tip[[other, other, 2, 2], [other, 2, other, 2]] = 0, -sign, sign, 0
+                rotations = np.stack([np.eye(3)] * scene.num_objects)
+                rotations[k] = rotation_about_z(turn) @ tip
+                lying = positions.copy()
+                lying[k, 2] = scene.half_extents_m[k, other]
+                route = plan_subtask(scene, i, robot, lying, rotations)
+                yaw = route.pick_stand_xy_yaw[2]
+                hands = (lying[k] + route.grasp_o @ rotations[k].T)[:, :2] - route.pick_stand_xy_yaw[:2]
+                ahead, left = np.cos(yaw) * hands[:, 0] + np.sin(yaw) * hands[:, 1], hands @ [-np.sin(yaw), np.cos(yaw)]
+                assert left[0] > 0 > left[1]
+                assert left.sum() == pytest.approx(0, abs=1e-6)
+                assert ahead.mean() > REACH_M[0] - 0.02
+                reached.append(ahead.mean() < REACH_M[1] + STEP_BACK_M)
+    assert np.mean(reached) > 0.9, "what offers nothing nearer is left"
 
 
 def test_another_side_is_preferred_to_one_that_was_tried_in_vain(scenes):

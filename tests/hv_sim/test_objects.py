@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from hv_sim.lying_grasps import first_hit_m
 from hv_sim.objects import GRASP_WIDTH_M, OBJECT_KINDS, build_object
 
 KINDS = sorted(OBJECT_KINDS)
@@ -73,6 +74,19 @@ def test_hands_press_beyond_the_middle_where_there_is_room(kind, ahead_m):
     for i, grasp in enumerate(built.grasps_o):
         facing = np.array([np.cos(i * np.pi / 2), np.sin(i * np.pi / 2), 0.0])
         np.testing.assert_allclose(grasp @ facing, ahead_m, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_rolls_is_the_same_from_all_sides(kind):
+    built = build_object(kind)
+    solid, half = [part for part in built.parts if part.collides], built.half_extents_m
+    heights = np.linspace(-half[2], half[2], 19)[1:-1]
+    seen = []
+    for angle in np.arange(0.0, 2 * np.pi, 0.1):
+        out = np.array([np.cos(angle), np.sin(angle), 0.0])
+        seen.append(first_hit_m(solid, out + heights[:, None] * [0, 0, 1], -out))
+    seen = np.nan_to_num(np.array(seen), posinf=2.0)
+    assert built.rolls == (np.ptp(seen, 0).max() < 1e-6)
 
 
 @pytest.mark.parametrize("kind", KINDS)

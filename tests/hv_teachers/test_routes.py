@@ -66,6 +66,38 @@ def test_what_was_tried_in_vain_is_tried_from_another_side():
     assert not routes.spurned_rad[1].isnan().all()
 
 
+def rotation(axis, angle):
+    """Rodrigues' formula."""
+    x, y, z = np.asarray(axis) / np.linalg.norm(axis)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    turned = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return torch.tensor(turned, dtype=torch.float32)
+
+
+def test_what_rolled_over_is_planned_anew_and_a_round_thing_is_held_as_before():
+    world, routes = make()
+    tipped = rotation([1, 0, 0], np.pi / 2)
+    world.state.object_rot_w[[0, 1], world.object_index] = tipped
+    replan_routes(world, torch.arange(2))
+    routes.follow(world)
+    routes.rolls[:] = torch.tensor([True, False])
+    reaching = torch.full((2,), int(Phase.REACH))
+    assert not routes.disturbed(world, reaching).any()
+    held = routes.view(world).grasp - routes.view(world).object_pos[:, None]
+    for angle in (0.4, 2.0, np.pi, -1.0):
+        world.state.object_rot_w[[0, 1], world.object_index] = tipped @ rotation([0, 0, 1], angle)
+        assert routes.disturbed(world, reaching).tolist() == [False, True]
+        now = routes.view(world)
+        torch.testing.assert_close((now.grasp - now.object_pos[:, None])[0], held[0], atol=1e-5, rtol=0)
+        assert not torch.allclose((now.grasp - now.object_pos[:, None])[1], held[1], atol=1e-2)
+    world.state.object_rot_w[[0, 1], world.object_index] = rotation([0, 0, 1], 0.4) @ tipped
+    assert routes.disturbed(world, reaching).all(), "what is round may not turn round either"
+    assert not routes.disturbed(world, torch.full((2,), int(Phase.SQUEEZE))).any(), "hands turn what they press"
+    world.navigator.picked_up[0] = True
+    assert routes.disturbed(world, torch.full((2,), int(Phase.SQUEEZE))).tolist() == [True, False]
+    assert not routes.disturbed(world, torch.full((2,), int(Phase.LIFT))).any()
+
+
 def test_who_reaches_in_vain_gives_up():
     cases = [
         (Phase.REACH, Phase.ALIGN, 0.0, True), (Phase.REACH, Phase.SQUEEZE, 0.0, False),
