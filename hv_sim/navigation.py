@@ -33,6 +33,8 @@ LOW_SUPPORT_M = 0.3
 SQUAT_ROOM_M, SQUAT_STAND_M = 0.07, 0.45
 TOE_ROOM_M = 0.2
 """How far the way to an object keeps from it, so that the robot does not kick what it is to lift."""
+OFF_M = 0.05
+"""Who is nearer to an object than its way may be steps back from it first, until it is so much farther than that."""
 _STEP_OFF_M, _BACK_OFF_M = 0.2, 1.0
 _SAME_SIDE = 0.8
 UPRIGHT = 0.8
@@ -59,9 +61,10 @@ class SubTaskRoute:
     Attributes:
         pick_stand_xy_yaw: (3,) where to stand and look when picking the object up.
         place_stand_xy_yaw: (3,) the same for putting it down; the object is then turned as the goal wants.
-        waypoints_to_object: (W1, 2), the last one the pick stand.
+        waypoints_to_object: (W1, 2), first off from what lies at the robot's feet, the last one the pick stand.
         waypoints_to_goal: (W2, 2), first straight back from the pick stand, the last one the place stand.
         steps_back: how many of `waypoints_to_goal` lead straight back.
+        steps_off: how many of `waypoints_to_object` lead off from the object.
         ahead: (W1 + W2,) index of the waypoint to make for from each waypoint, over both legs.
         grasp_o: (2, 3) where the (left, right) hand touches the object, in its frame.
         depth_m: the object's extent along the robot's view.
@@ -79,6 +82,7 @@ class SubTaskRoute:
     ahead: np.ndarray
     lacking_m: float = 0.0
     missed_m: float = 0.0
+    steps_off: int = 0
 
 
 def plan_subtask(
@@ -119,6 +123,8 @@ def plan_subtask(
     free = OccupancyGrid(grid.origin_m, grid.cell_m, clearance < ROBOT_RADIUS_M)
 
     half = scene.half_extents_m[k]
+    footprint_m = float(np.linalg.norm(np.delete(half, int(np.abs(rotation[2]).argmax()))))
+    here = np.asarray(robot_xy_m, dtype=float)[:2]
     low = positions[k, 2] - float(np.abs(rotation[2]) @ half)
     sides = []
     for number, (grasp_o, depth, facing, places_facing, off) in enumerate(_ways_to_hold(scene, k, rotation, goal_yaw)):
@@ -127,7 +133,7 @@ def plan_subtask(
             places = _stand(grid, clearance, goal, place_facing, depth, goal[2] - half[2], off)
             lacking = _lacking_room_m(grid, clearance, picks) + _lacking_room_m(grid, clearance, places)
             before, after = _back_off(free, picks), _back_off(free, places)
-            straight = np.linalg.norm(before - np.asarray(robot_xy_m)[:2]) + np.linalg.norm(after - before)
+            straight = np.linalg.norm(before - here) + np.linalg.norm(after - before)
             extra = lacking * 100.0 + SPURNED_M * _times_spurned(facing, spurned_rad)
             at_least = extra + float(straight)
             sides.append((at_least, number, extra, lacking, picks, places, before, after, grasp_o, depth))
@@ -138,30 +144,47 @@ def plan_subtask(
         if best is not None and at_least >= best[0]:
             break  # straight lines are no longer than ways
         stand_m = float(np.linalg.norm(picks[:2] - positions[k, :2]))
-        around = min(float(np.linalg.norm(half[:2])) + TOE_ROOM_M, stand_m - 0.05)
-        to_object = plan_path(free.with_discs([positions[k]], [around]), robot_xy_m, before, clearance)
+        around = min(footprint_m + TOE_ROOM_M, stand_m - 0.05)
+        off = _steps_off(free, here, positions[k, :2], around)
+        start = off[-1] if len(off) else here
+        to_object = np.vstack([off, plan_path(free.with_discs([positions[k]], [around]), start, before, clearance)])
         to_goal = plan_path(free, before, after, clearance)
-        there, onward = np.vstack([np.asarray(robot_xy_m)[:2], to_object]), np.vstack([before, to_goal])
+        there, onward = np.vstack([here, to_object]), np.vstack([before, to_goal])
         walk = path_length_m(there) + path_length_m(onward)
         missed = np.linalg.norm(to_object[-1] - before) + np.linalg.norm(to_goal[-1] - after)
         cost = float(extra + walk + 100.0 * (missed > 0.5))
         if best is None or cost < best[0]:
-            best = cost, (picks, places, before, to_object, to_goal, hold, lacking, float(missed))
+            best = cost, (picks, places, before, to_object, to_goal, hold, lacking, float(missed), len(off))
     assert best is not None
-    picks, places, before, to_object, to_goal, (grasp_o, depth), lacking, missed = best[1]
+    picks, places, before, to_object, to_goal, (grasp_o, depth), lacking, missed, steps_off = best[1]
     back = resampled(np.vstack([picks[:2], before]))
     to_object = np.vstack([to_object, resampled(np.vstack([to_object[-1], picks[:2]]))[1:]])
     to_goal = np.vstack([back, to_goal, resampled(np.vstack([to_goal[-1], places[:2]]))[1:]])
+    around_it = grid.with_discs([positions[k]], [footprint_m])
     ahead = np.concatenate(
         [
-            lookahead(to_object, clearance, grid),
+            np.full(max(0, steps_off - 1), steps_off - 1),
+            [min(steps_off, len(to_object) - 1)] * min(1, steps_off),
+            steps_off + lookahead(to_object[steps_off:], around_it.clearance_m(), around_it),
             # back first: whoever turns at once sweeps what is carried over what it stood on
             np.full(len(back) - 1, len(to_object) + len(back) - 1),
             [len(to_object) + min(len(back), len(to_goal) - 1)],
             len(to_object) + len(back) + lookahead(to_goal[len(back) :], clearance, grid),
         ]
     )
-    return SubTaskRoute(picks, places, to_object, to_goal, grasp_o, depth, len(back), ahead, lacking, missed)
+    return SubTaskRoute(picks, places, to_object, to_goal, grasp_o, depth, len(back), ahead, lacking, missed, steps_off)
+
+
+def _steps_off(free: OccupancyGrid, here: np.ndarray, object_xy_m: np.ndarray, around_m: float) -> np.ndarray:
+    """(W, 2) waypoints straight away from an object to which the robot is nearer than `around_m`; none if it is not, or
+    there is no room."""
+    away = here - object_xy_m
+    distance = float(np.linalg.norm(away))
+    none = np.zeros((0, 2))
+    if distance >= around_m:
+        return none
+    there = object_xy_m + (around_m + OFF_M) * away / max(distance, 1e-6)
+    return none if free.cells[free.cell_of(there)] else resampled(np.stack([here, there]))[1:]
 
 
 def _times_spurned(facing_rad: float, spurned_rad: np.ndarray | None) -> int:
@@ -250,6 +273,7 @@ class Navigator:
         self._last = torch.zeros(self.num_envs, dtype=torch.int64)
         self._last_to_object = torch.zeros(self.num_envs, dtype=torch.int64)
         self._last_back = torch.zeros(self.num_envs, dtype=torch.int64)
+        self._last_off = torch.full((self.num_envs,), -1)
         self._object_start_w = torch.zeros(self.num_envs, 3)
         self._rows = torch.arange(self.num_envs)
         self._next = torch.arange(WINDOW)
@@ -304,6 +328,7 @@ class Navigator:
         self._last[env] = len(points) - 1
         self._last_to_object[env] = len(route.waypoints_to_object) - 1
         self._last_back[env] = len(route.waypoints_to_object) + route.steps_back - 1
+        self._last_off[env] = route.steps_off - 1
         self.routes[env] = route
 
     def update(self, robot_pos_w: Tensor, object_pos_w: Tensor) -> None:
@@ -318,7 +343,8 @@ class Navigator:
         self.picked_up |= newly
         self.progress = torch.where(newly, torch.maximum(self.progress, self._last_to_object + 1), self.progress)
         limit = torch.where(self.progress < self._last_back, self._last_back, self._last)
-        limit = torch.where(self.picked_up, limit, self._last_to_object)
+        there = torch.where(self.progress < self._last_off, self._last_off, self._last_to_object)
+        limit = torch.where(self.picked_up, limit, there)
         nearby = (self.progress[:, None] + self._next).minimum(limit[:, None])
         points = self._waypoints.gather(1, nearby[..., None].expand(-1, -1, 2))
         away = (points - robot_pos_w[:, None, :2]).square().sum(-1)
@@ -343,8 +369,8 @@ class Navigator:
 
     @property
     def stepping_back(self) -> Tensor:
-        """(N,) bool: the way leads straight back from where the object was taken."""
-        return self.picked_up & (self.progress < self._last_back)
+        """(N,) bool: the way leads straight back from where the object was taken, or off from where it fell."""
+        return self.progress < torch.where(self.picked_up, self._last_back, self._last_off)
 
     def room(self, robot_pos_w: Tensor) -> tuple[Tensor, Tensor]:
         """(N,) how far walls and furniture are, up to `FAR_M`, and (N, 2) the direction away from them, world."""

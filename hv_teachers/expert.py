@@ -9,6 +9,7 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
+from hv_policy.decision.rising import Rising
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_sim.observations import proprioception
 from hv_sim.rendering import StepCamera
@@ -51,12 +52,16 @@ class PlannerExpert(_Does):
         """What it knew when it was last asked."""
         self._rows = torch.arange(num_envs)
         self._gave_up = torch.zeros(num_envs, dtype=torch.bool)
+        self._rising = Rising(num_envs)
+        self._risen_from = self.planner.phase.clone()  # at the last step
 
     def reset(self, ids: Tensor | None = None) -> None:
         """Forgets environments `ids` (default: all); needed only between worlds, a new episode is noticed."""
         rows = self._rows if ids is None else torch.as_tensor(ids)
         self.planner.reset(rows)
+        self._risen_from[rows] = self.planner.phase[rows]
         self._gave_up[rows] = False
+        self._rising.reset(rows)
         self.prior.reset(None if ids is None else rows)
         self.routes.reset(rows)
 
@@ -76,7 +81,10 @@ class PlannerExpert(_Does):
         view = self.routes.view(world, heading)
         memory = memory_of(self.planner).vector(view)
         before = self.planner.phase
-        intent = self.planner(view)
+        decided = self.planner(view)
+        self._rising.begin_where_given_up(self._risen_from, self.planner.phase)
+        self._risen_from = self.planner.phase.clone()
+        intent = self._rising(decided)
         self._gave_up = gave_up(before, self.planner.phase, self.planner.clock_s)
         self.knowledge = Knowledge.of(view, world.navigator.leg_is_done, memory, self.planner.phase)
         return intent, self.prior(proprioception(world.state, heading), intent)

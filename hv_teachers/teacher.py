@@ -14,6 +14,7 @@ from torch import Tensor
 
 from hv_policy.decision.memory import TaskMemory
 from hv_policy.decision.network import DecisionNetwork
+from hv_policy.decision.rising import Rising
 from hv_policy.decision.sight import hand_anchors, sight
 from hv_policy.decision.view import TaskView, to_heading
 from hv_policy.decision.weights import load_decision, save_decision
@@ -73,10 +74,14 @@ class TeacherSenses:
         """(N,) the object slipped away at the last step: a new route to it is needed."""
         self.gave_up = torch.zeros(num_envs, dtype=torch.bool)
         """(N,) it could not be reached: it is tried from another side."""
+        self.rising = Rising(num_envs)
+        self._risen_from = torch.zeros(num_envs, dtype=torch.long)  # (N,) phase at the last step
 
     def reset(self, ids: Tensor) -> None:
         """Forgets environments `ids` (n,)."""
         self.routes.reset(ids)
+        self.rising.reset(ids)
+        self._risen_from[ids] = 0
         self.gave_up[ids] = False
         self.memory.reset(ids)
         self.last_action[ids] = 0.0
@@ -124,6 +129,14 @@ class TeacherSenses:
         vector = self.memory.vector(seen.view) if self.remembers_phase else _present(seen.view)
         anchors = hand_anchors(seen.view, vector)
         return anchors, vector if self.remembers_phase else self.last_action
+
+    def steadied(self, intent: Tensor) -> Tensor:
+        """(N, 14) the intent, but who gave up what it was bent for stands up first; once a control step."""
+        if not self.remembers_phase:
+            return intent
+        self.rising.begin_where_given_up(self._risen_from, self.memory.phase)
+        self._risen_from = self.memory.phase.clone()
+        return self.rising(intent)
 
     def acted(self, action: Tensor) -> None:
         """(N, A), in the network's units, was done; a control step passes."""
@@ -203,11 +216,13 @@ class Teacher:
         if self._senses.remembers_phase:
             done, phase = world.navigator.leg_is_done, self._senses.memory.phase
             self.knowledge = Knowledge.of(seen.truth, done, memory, phase)
-        self._senses.acted(action)
         decided = self.networks[0].from_units(action)
         if self.prior is None:
+            self._senses.acted(action)
             return torch.zeros(n, 14), decided
-        return decided, self.prior(seen.proprioception, decided)
+        intent = self._senses.steadied(decided)
+        self._senses.acted(action)
+        return intent, self.prior(seen.proprioception, intent)
 
     def __call__(self, world: RearrangeWorld) -> Tensor:
         """Servo targets (N, 28) in rad for the world's present state."""

@@ -234,8 +234,9 @@ class TeacherEnv:
 
     def act(self, seen: Sight, action: Tensor) -> Outcome:
         """One control step with actions (N, A) in the network's units; episodes that are over begin anew."""
-        decided = self.units.from_units(action)
-        targets = decided if self.teacher.action == "joints" else self.prior(seen.proprioception, decided)
+        targets = self.units.from_units(action)
+        if self.teacher.action != "joints":
+            targets = self.prior(seen.proprioception, self.senses.steadied(targets))
         outcome = self.move(action, targets)
         self.renew(outcome)
         return outcome

@@ -25,6 +25,7 @@ _WORLD = ("episode_step", "fallen", "_distance_at_instruction_m")
 _INSTRUCTOR = ("num_finished", "steps_since_instruction", "steps_held")
 _NAVIGATOR = ("progress", "picked_up", "_object_start_w")
 _ROUTE = ("pick_stand_xy_yaw", "place_stand_xy_yaw", "waypoints_to_object", "waypoints_to_goal", "grasp_o")
+_ROUTE_NUMBERS = ("depth_m", "steps_back", "steps_off")
 _ENV = ("episodes", "start_height", "_height_of")
 
 
@@ -39,6 +40,8 @@ def save_env(env: TeacherEnv) -> dict[str, Any]:
         "last_action": senses.last_action.clone(),
         "lost": senses.lost.clone(),
         "gave_up": senses.gave_up.clone(),
+        "rising": {"left_s": senses.rising.left_s.clone(), "intent": senses.rising.intent.clone()},
+        "risen_from": senses._risen_from.clone(),
         "spurned": senses.routes.spurned_rad.clone(),
         "subtask": senses.routes.subtask.clone(),
         "planned_rot": senses.routes.planned_rot_w.clone(),
@@ -61,6 +64,8 @@ def restore_env(env: TeacherEnv, saved: dict[str, Any]) -> None:
     senses.routes.follow(env.world)  # taken over without starting the memory anew
     senses.routes.planned_rot_w, senses.routes.rolls = saved["planned_rot"].clone(), saved["rolls"].clone()
     senses.gave_up = saved["gave_up"].clone()
+    senses.rising.left_s, senses.rising.intent = (saved["rising"][name].clone() for name in ("left_s", "intent"))
+    senses._risen_from = saved["risen_from"].clone()
     senses.routes.spurned_rad, senses.routes.subtask = saved["spurned"].clone(), saved["subtask"].clone()
     env.forget_sight()
     env.history.frames, env.history.fresh = saved["frames"].clone(), saved["fresh"].clone()
@@ -74,7 +79,7 @@ def _save_world(world: RearrangeWorld) -> dict[str, Any]:
     for route in world.navigator.routes:
         assert route is not None
         arrays = {name: torch.as_tensor(np.array(getattr(route, name), dtype=np.float64)) for name in _ROUTE}
-        numbers = {"depth_m": float(route.depth_m), "steps_back": int(route.steps_back)}
+        numbers: dict[str, Any] = {name: getattr(route, name) for name in _ROUTE_NUMBERS}
         routes.append(arrays | numbers | {"ahead": torch.as_tensor(route.ahead)})
     return {
         "qpos": [torch.tensor(data.qpos) for data in physics],
@@ -101,7 +106,7 @@ def _restore_world(world: RearrangeWorld, saved: dict[str, Any]) -> None:
         setattr(world.navigator, name, value.clone())
     for i, route in enumerate(saved["routes"]):
         arrays = {name: route[name].numpy() for name in _ROUTE}
-        numbers = {name: route[name] for name in ("depth_m", "steps_back")}
+        numbers = {name: route[name] for name in _ROUTE_NUMBERS}
         world.navigator.take(i, SubTaskRoute(**arrays, **numbers, ahead=route["ahead"].numpy()))
     world._look()
 

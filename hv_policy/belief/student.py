@@ -41,6 +41,7 @@ from hv_policy.belief.task_places import leg_is_done, view_of
 from hv_policy.belief.wayfinder import Wayfinder
 from hv_policy.decision.memory import TaskMemory
 from hv_policy.decision.network import DecisionConfig, DecisionNetwork
+from hv_policy.decision.rising import Rising
 from hv_policy.decision.sight import hand_anchors, sight
 from hv_policy.decision.view import Phase
 from hv_policy.decision.weights import load_decision
@@ -53,7 +54,7 @@ from hv_policy.motor.vectors import turned_xy
 
 DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
-ARRIVED_M, RISE_S = 0.35, 1.5
+ARRIVED_M = 0.35
 TOUCHED, TOUCHED_HEIGHT, BEHIND = 3.0, 10.0, 2.0
 """By how much more than is said a picture errs in where a thing is, and how high it is, while arms reach round it: it
 seems nearer than it is, and higher, for where arms do so it mostly hangs. And in where the goal is, of which the thing
@@ -140,16 +141,14 @@ class Following:
     """(N,) how long it has been walking to another place to look from; 0 while it is not."""
     vantage: Tensor
     """(N, 2) that place, in the frame of the belief's pose."""
-    rising_s: Tensor
-    """(N,) how long it will still stand up before it walks, having given up reaching or holding."""
     slips: Tensor
     """(N,) int64 how often the object slipped out of the hands."""
     hesitates_s: Tensor
     """(N,) how long it has stood where the object should be without being sure of it; 0 while it does not."""
     refusals: Refusals
     """What has turned out not to be meant."""
-    intent: Tensor
-    """(N, 14) the last one."""
+    rising: Rising
+    """Stands up before it walks, having given up reaching or holding."""
     felt: Tensor | None = None
     """(N, 223) the last proprioception."""
 
@@ -162,8 +161,8 @@ class Following:
         blind = torch.full((n,), config.look_every)
         memory, wayfinder, belief = TaskMemory.of(n), Wayfinder(n), Belief(n, config)
         no, zero, none = torch.zeros(n, dtype=torch.bool), torch.zeros(n), torch.zeros(n, dtype=torch.long)
-        search = no, zero.clone(), zero.clone(), zero.clone(), torch.zeros(n, 2), zero.clone()
-        last = none, zero.clone(), Refusals(n), torch.zeros(n, 14)
+        search = no, zero.clone(), zero.clone(), zero.clone(), torch.zeros(n, 2)
+        last = none, zero.clone(), Refusals(n), Rising(n)
         return Following(belief, memory, prior, list(instructions), blind, wayfinder, *search, *last)
 
     def copy(self) -> Following:
@@ -178,6 +177,7 @@ class Following:
             instructions=list(self.instructions),
             wayfinder=self.wayfinder.copy(),
             refusals=copy.deepcopy(self.refusals),
+            rising=copy.deepcopy(self.rising),
             **tensors,
         )
 
@@ -197,7 +197,8 @@ class Following:
             self.memory.reset(ids)
             self.blind_steps[ids] = self.belief.config.look_every
             self.searching[ids] = False
-            self.searched_rad[ids] = self.rounds[ids] = self.exploring_s[ids] = self.rising_s[ids] = 0.0
+            self.searched_rad[ids] = self.rounds[ids] = self.exploring_s[ids] = 0.0
+            self.rising.reset(ids)
             self.slips[ids], self.hesitates_s[ids] = 0, 0.0
             for env in changed:
                 self.wayfinder.forget(env)
@@ -237,8 +238,7 @@ class Following:
         searches = self._searches(log_spread) & ~self.wayfinder.steps_back
         remembered = self.memory.clone()
         intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
-        self.intent = self._steadied(self._turn_round(searches, intent, remembered))
-        return self.intent
+        return self.rising(self._turn_round(searches, intent, remembered))
 
     def _searches(self, log_spread: Tensor) -> Tensor:
         """(N,) bool: it is not known where the object or, once that is carried, its goal is, and the robot turns round
@@ -276,20 +276,11 @@ class Following:
         looking[:, VELOCITY] = torch.stack([torch.zeros_like(rate), torch.zeros_like(rate), rate], -1)
         looking[:, GAZE] = torch.tensor([0.0, 0.4])
         bent = searches & (remembered.phase == Phase.REACH)
-        self.rising_s = torch.where(bent, torch.full_like(self.rising_s, RISE_S), self.rising_s)
+        self.rising.begin(bent)
         reaches = (remembered.phase == Phase.ALIGN) | (remembered.phase == Phase.REACH)
         remembered.phase = torch.where(reaches, torch.zeros_like(remembered.phase), remembered.phase)
         self.memory = remembered.where(searches, self.memory)
         return torch.where(searches[:, None], looking, intent)
-
-    def _steadied(self, intent: Tensor) -> Tensor:
-        """(N, 14) the intent, but while it stands up it comes to that bit by bit, and comes to a stop."""
-        rises = (self.rising_s > 0)[:, None]
-        share = (CONTROL_DT_S / self.rising_s.clamp(min=CONTROL_DT_S))[:, None]
-        self.rising_s = (self.rising_s - CONTROL_DT_S).clamp(min=0.0)
-        rising = self.intent + share * (intent - self.intent)
-        rising[:, VELOCITY] = (1 - share) * self.intent[:, VELOCITY]
-        return torch.where(rises, rising, intent)
 
     def _look(
         self,
@@ -394,10 +385,7 @@ class Following:
         phase = self._elsewhere(phase)
         before_this = self.memory.phase
         phase, closed = self._felt(body, phase)
-        bent = (before_this >= Phase.REACH) & (before_this <= Phase.RELEASE)
-        self.rising_s = torch.where(
-            bent & (phase < Phase.REACH), torch.full_like(self.rising_s, RISE_S), self.rising_s
-        )
+        self.rising.begin_where_given_up(before_this, phase)
         stuck = (before_this == Phase.RETREAT) & (phase == Phase.RETREAT)
         stuck &= self.memory.clock_s > self.belief.config.patience_s
         phase = torch.where(stuck, int(Phase.APPROACH), phase)

@@ -128,6 +128,44 @@ def test_what_lies_is_before_the_hands(scenes):
     assert np.mean(reached) > 0.9, "what offers nothing nearer is left"
 
 
+def test_who_stands_over_an_object_steps_off_first_and_walks_round_it(scenes):
+    stepped = 0
+    for scene in scenes:
+        positions, k = _starts(scene), scene.subtask_object[0]
+        if positions[k, 2] > 0.5:
+            continue
+        far = plan_subtask(scene, 0, positions[k, :2] + [2.0, 0.0], positions)
+        assert far.steps_off == 0
+        yaw = far.pick_stand_xy_yaw[2] + np.pi / 2  # on another side
+        robot = positions[k, :2] - 0.25 * np.array([np.cos(yaw), np.sin(yaw)])
+        route = plan_subtask(scene, 0, robot, positions)
+        if not route.steps_off:
+            continue
+        stepped += 1
+        points, off = route.waypoints_to_object, route.steps_off
+        away = np.linalg.norm(points - positions[k, :2], axis=-1)
+        assert (np.diff(np.append(0.25, away[:off])) > 0).all()
+        straight = (points[:off] - robot) / np.linalg.norm(points[:off] - robot, axis=-1, keepdims=True)
+        np.testing.assert_allclose(straight, np.tile((robot - positions[k, :2]) / 0.25, (off, 1)), atol=1e-6)
+        assert (route.ahead[: off - 1] == off - 1).all(), "off first"
+        for i in range(off, len(points)):
+            line = _dense(points[[i, route.ahead[i]]]) if route.ahead[i] > i else points[[i]]
+            nearest = np.linalg.norm(line - positions[k, :2], axis=-1).min()
+            assert nearest > away[i : route.ahead[i] + 1].min() - 0.1, "no short cut over the object"
+
+        navigator = Navigator([scene])
+        navigator.plan([0], torch.zeros(1, dtype=torch.long), torch.tensor(robot)[None], torch.tensor(positions)[None])
+        backs = []
+        for point in np.vstack([robot, points]):
+            navigator.update(torch.tensor(point)[None].float(), torch.tensor(positions[[k]]).float())
+            backs.append(bool(navigator.stepping_back[0]))
+            if backs[-1]:
+                assert navigator.waypoint_index[0] == off - 1
+        assert backs[:off] == [off > 1] * off
+        assert not any(backs[off:])
+    assert stepped >= 3
+
+
 def test_another_side_is_preferred_to_one_that_was_tried_in_vain(scenes):
     others = 0
     for scene in scenes:

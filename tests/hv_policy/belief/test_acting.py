@@ -183,11 +183,11 @@ def test_who_does_not_know_where_a_thing_is_looks_round_but_not_for_ever(states)
     policy.reset()
     policy.select_action({**frame, "task": TASKS})
     following = policy.student.following
-    assert following.intent[:, 2].tolist() == [1.0, 1.0]
+    assert following.rising.intent[:, 2].tolist() == [1.0, 1.0]
     assert following.memory.clock_s.tolist() == [0.0, 0.0]
     following.searched_rad[0] = 10.0
     policy.select_action({**frame, "task": TASKS})
-    assert following.intent[1, 2] == 1.0
+    assert following.rising.intent[1, 2] == 1.0
     assert following.exploring_s[0] > 0
     assert following.searched_rad[0] == 10.0
     with torch.no_grad():
@@ -221,7 +221,7 @@ def test_having_turned_all_round_it_looks_from_elsewhere_and_gives_up_in_the_end
         assert following.exploring_s[0] > 0
         there = (following.vantage[0] - following.belief.pose[0, :2]).norm()
         assert 1.0 < float(there) < 1.6
-        assert following.intent[1, 2] == 1.0  # the other one is still turning
+        assert following.rising.intent[1, 2] == 1.0  # the other one is still turning
         following.vantage[0] = following.belief.pose[0, :2]  # arrived
         policy.select_action({**frame, "task": TASKS})
         assert following.searched_rad[0] < 0.1
@@ -458,20 +458,6 @@ def test_what_is_out_of_the_picture_is_told_less_firmly(states):
     torch.testing.assert_close(doubtful[:, GOAL], torch.tensor([[1.0] * 3, [more] * 3]))
     assert (doubtful[:, 6:] == 1).all()
 
-
-def test_who_gives_up_stands_up_bit_by_bit_before_it_walks(states):
-    policy, _ = sure_believer(states)
-    following = policy.student.following
-    following.intent, wanted = torch.zeros(2, 14), torch.ones(2, 14)
-    following.rising_s[0] = 0.1
-    steps = []
-    for _ in range(4):
-        following.intent = following._steadied(wanted)
-        steps.append(following.intent.clone())
-    assert (steps[0][1] == 1).all()
-    heights = [float(step[0, 5]) for step in steps]
-    assert 0 < heights[0] < heights[1] < heights[2] <= heights[3] == 1.0
-    assert [float(step[0, 0]) for step in steps] == [0.0, 0.0, 0.0, 1.0]
 
 
 def test_parts_of_pictures_learn_the_names_of_what_they_show(states):
