@@ -33,7 +33,9 @@ class PlannerConfig:
     pre_grasp_m: float = 0.08
     squeeze_in_m: float = 0.02
     blocked_s: float = 5.0
-    """Who has not turned to a stand's heading by then turns the other way round."""
+    """Who has not turned to a stand's heading by then turns round to the left, then to the right, and so on."""
+    turn_round_s: float = 8.0
+    """For so long each."""
     settle_s: float = 0.4
     """The feet come to rest before the body bends."""
     reach_s: float = 1.4
@@ -103,8 +105,8 @@ class ScriptedPlanner:
             return torch.stack([phase == p for p in phases]).any(0)
 
         # where to go
-        pick, pick_distance = _hold(view, view.pick_stand, clock > c.blocked_s)
-        place, place_distance = _hold(view, view.place_stand, clock > c.blocked_s)
+        pick, pick_distance = _hold(view, view.pick_stand, (clock - c.blocked_s) / c.turn_round_s)
+        place, place_distance = _hold(view, view.place_stand, (clock - c.blocked_s) / c.turn_round_s)
         carrying = during(Phase.CARRY)
         speed = torch.where(carrying, c.carry_speed, c.walk_speed)
         stand_distance = torch.where(carrying, place_distance, pick_distance)
@@ -337,17 +339,20 @@ def _walk(view: TaskView, speed: Tensor, turn_rate: float, stand_distance: Tenso
     return torch.stack([pace, torch.zeros_like(pace), turn], -1) + push_h * ~backward[:, None]
 
 
-def _hold(view: TaskView, stand: Tensor, other_way: Tensor | None = None) -> tuple[Tensor, Tensor]:
+def _hold(view: TaskView, stand: Tensor, blocked: Tensor | None = None) -> tuple[Tensor, Tensor]:
     """(N, 3) velocities that bring the robot to a stand pose without turning away from it, and the distance left (N,).
 
-    Where `other_way` (N,) is true it turns the longer way round, if it has far to turn.
+    Where `blocked` (N,) is above 0 and it has far to turn it turns to the left while that is below 1, to the right
+    below 2, and so on; not the longer way, which on half of it would be the shorter one.
     """
     point = torch.cat([stand[:, :2], torch.zeros_like(stand[:, :1])], -1)
     x, y, _ = _to_heading(view, point[:, None])[:, 0].unbind(-1)
     distance = torch.sqrt(x * x + y * y)
     turn = _wrap(stand[:, 2] - view.root_yaw)
-    if other_way is not None:
-        turn = torch.where(other_way & (turn.abs() > 0.6), turn - 2 * torch.pi * turn.sign(), turn)
+    if blocked is not None:
+        to_left = torch.remainder(turn, 2 * torch.pi)
+        forced = torch.where(torch.remainder(blocked, 2) < 1, to_left, to_left - 2 * torch.pi)
+        turn = torch.where((blocked > 0) & (turn.abs() > 0.6), forced, turn)
     near = ((x.abs() < 0.035) & (y.abs() < 0.025) & (turn.abs() < 0.05)).float()
     # gently: a toe that strides into the furniture in front of the stand trips the robot
     forward = (1.1 * x).clamp(-0.25, 0.25)

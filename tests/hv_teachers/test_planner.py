@@ -1,5 +1,7 @@
 """The scripted planner, state by state."""
 
+import math
+
 import pytest
 import torch
 
@@ -107,6 +109,28 @@ def test_a_miss_is_noticed_and_a_hit_is_left_alone():
     seen.waypoint_is_last[:] = False
     run(planner, seen, 1.5)
     assert planner.phase.tolist() == [Phase.APPROACH, Phase.IDLE]
+
+
+@pytest.mark.parametrize("start", [1.8, -1.8, 3.0, -3.0])
+@pytest.mark.parametrize("wall", [None, 0.9, -0.9])
+def test_who_cannot_turn_one_way_turns_the_other_way_round(start, wall):
+    """It meets a wall at one heading (rad from where it should face), from either side."""
+    planner = ScriptedPlanner(1)
+    planner.reset(phase=Phase.ALIGN)
+    yaw = start
+
+    def beyond(angle):
+        return math.remainder(angle - wall, math.tau)
+
+    for _ in range(30 * 45):
+        rate = float(planner(view(root_yaw=torch.tensor([yaw])))[0, 2])
+        if planner.phase[0] != Phase.ALIGN:
+            break
+        turned = yaw + rate / 30
+        if wall is None or abs(beyond(turned)) > 1 or (beyond(yaw) > 0) == (beyond(turned) > 0):
+            yaw = turned
+    assert planner.phase[0] == Phase.REACH
+    assert abs(math.remainder(yaw, math.tau)) < 0.25
 
 
 def test_frames_are_each_others_inverse():
