@@ -20,7 +20,7 @@ from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
 from hv_teachers.dataset_format import ACTION, FLOOR, HEAD_IMAGE, LANDMARKS, STATE
 from hv_teachers.floor_labels import world_floor
-from hv_teachers.glances import VIEWS_PER_PLACE, glance_around, no_action
+from hv_teachers.glances import BEGINNING_SHARE, VIEWS_PER_PLACE, glance_around, no_action
 from hv_teachers.knowledge import Knowledge, no_knowledge
 from hv_teachers.landmark_labels import world_landmarks
 
@@ -73,7 +73,12 @@ def frame_row(
 
 
 def glance_frames(
-    tasks: Sequence[Task], seeds: Sequence[int], glances: int, image_size_px: int, looks: LookRanges
+    tasks: Sequence[Task],
+    seeds: Sequence[int],
+    glances: int,
+    image_size_px: int,
+    looks: LookRanges,
+    beginning_share: float = BEGINNING_SHARE,
 ) -> Iterator[tuple[RearrangeWorld, list[dict[str, Any]]]]:
     """Of each glance (`hv_teachers.glances`) the world and every environment's frame, ready for
     `LeRobotDataset.add_frame`.
@@ -84,10 +89,11 @@ def glance_frames(
         glances: how many.
         image_size_px: side of the pictures.
         looks: how different every place looks.
+        beginning_share: how often the robot stands where it is told the sub-task.
     """
     renderer = CameraRenderer(image_size_px, image_size_px)
     try:
-        for number, (world, knowledge) in enumerate(glance_around(tasks, seeds, glances)):
+        for number, (world, knowledge) in enumerate(glance_around(tasks, seeds, glances, beginning_share)):
             arrays, instructions = vector_columns(world, knowledge, *no_action(world)), world.instructions()
             body = read_proprioception(torch.from_numpy(arrays[STATE]))
             if number % VIEWS_PER_PLACE == 0:

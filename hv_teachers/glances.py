@@ -22,7 +22,7 @@ from hv_sim.humanoid import JOINT_NAMES, ROBOT_NQ
 from hv_sim.paths import ROBOT_RADIUS_M
 from hv_sim.scene import Scene
 from hv_sim.task import Task
-from hv_sim.world import RearrangeWorld
+from hv_sim.world import RearrangeWorld, jittered_start
 from hv_teachers.knowledge import Knowledge
 from hv_teachers.routes import RouteViews
 
@@ -37,6 +37,9 @@ _NEAR_SHARE, _NEAR_M = 0.5, 1.5
 """So often the robot stands near the object or its goal."""
 _FACING_SHARE, _FACING_RAD = 0.5, 0.9
 """So often it has the object or the goal about before it."""
+BEGINNING_SHARE, _BEGINNING_M = 0.3, (0.5, 1.5)
+"""So often the robot stands where it is told the sub-task: at the task's start, or so far from where it has just put
+down the object before; and half of the time about as it is turned then."""
 _WORKING_SHARE = 0.5
 """So often it is bent and has its hands somewhere before it."""
 _HEIGHT_M, _PITCH_RAD = (0.5, 0.86), (0.0, 1.2)
@@ -51,7 +54,7 @@ _CARRIED_AHEAD_M, _CARRIED_AT_M = (0.2, 0.3), (0.8, 1.1)
 
 
 def glance_around(
-    tasks: Sequence[Task], seeds: Sequence[int], glances: int
+    tasks: Sequence[Task], seeds: Sequence[int], glances: int, beginning_share: float = BEGINNING_SHARE
 ) -> Iterator[tuple[RearrangeWorld, Knowledge]]:
     """Puts the robots of a world somewhere `glances` times, each time yielding the world and what is known there.
 
@@ -63,6 +66,7 @@ def glance_around(
         tasks: one for each environment.
         seeds: likewise; they decide everything.
         glances: how many, a few of them from each place.
+        beginning_share: how often the robot stands where it is told the sub-task.
     """
     world = RearrangeWorld(tasks, num_threads=1)
     world.reset(seeds=seeds)
@@ -72,7 +76,8 @@ def glance_around(
     everyone = list(range(world.num_envs))
     for number in range(glances):
         if number % VIEWS_PER_PLACE == 0:
-            places = [_place(world, env, rngs[env], free[env], number / glances) for env in everyone]
+            share = number / glances
+            places = [_place(world, env, rngs[env], free[env], share, beginning_share) for env in everyone]
         first = number % VIEWS_PER_PLACE == 0  # the routes begin where the object stands
         starts = [_turned(place, rng) for place, rng in zip(places, rngs, strict=True)]
         carried = [None if first else _carried(world, env, rngs[env]) for env in everyone]
@@ -85,7 +90,7 @@ def glance_around(
 
 
 def _place(
-    world: RearrangeWorld, env: int, rng: np.random.Generator, free: np.ndarray, share: float
+    world: RearrangeWorld, env: int, rng: np.random.Generator, free: np.ndarray, share: float, beginning_share: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """(nq,) the scene with the robot at a free place, at a sub-task that comes after a `share` of the glances; and
     (2,) the object's or the goal's place, m, world."""
@@ -110,6 +115,8 @@ def _place(
         near = far[np.linalg.norm(far - aim, axis=-1) < _NEAR_M]
         far = near if len(near) else far
     qpos[:2] = far[rng.integers(len(far))] + rng.uniform(-0.05, 0.05, 2)
+    if rng.uniform() < beginning_share:
+        return _beginning(scene, qpos, subtask, free, rng)
     if rng.uniform() < _LYING_SHARE:
         away = np.linalg.norm(free - qpos[:2], axis=-1)
         around = free[(away > _LYING_M[0]) & (away < _LYING_M[1])]
@@ -118,6 +125,22 @@ def _place(
             aim = around[rng.integers(len(around))]
             objects[row] = _lying(aim, scene.half_extents_m[row], rng)
     return qpos, aim
+
+
+def _beginning(
+    scene: Scene, qpos: np.ndarray, subtask: int, free: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """As `_place`, with the robot where sub-task `subtask` begins."""
+    if subtask == 0:
+        qpos[:ROBOT_NQ] = jittered_start(scene, int(rng.integers(2**31)))[:ROBOT_NQ]
+        yaw = 2 * np.arctan2(qpos[6], qpos[3])
+        return qpos, qpos[:2] + np.array([np.cos(yaw), np.sin(yaw)])
+    before = scene.goal_pos_w[subtask - 1][:2]
+    away = np.linalg.norm(free - before, axis=-1)
+    around = free[(away > _BEGINNING_M[0]) & (away < _BEGINNING_M[1])]
+    if len(around):
+        qpos[:2] = around[rng.integers(len(around))] + rng.uniform(-0.05, 0.05, 2)
+    return qpos, before.copy()
 
 
 def _lying(xy_w: np.ndarray, half_extents_m: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -118,7 +118,7 @@ class Perception(nn.Module):
     def look(self, pictures: Tensor, state: Tensor) -> Sight:
         """What there is to see in pictures (B, 3, H, W), 0..1, from the head's pose in the proprioception (B, 223)."""
         rays = ray_features(read_proprioception(state), self.rays)
-        half = self.training and _is_fast_in_half(pictures.device.type)
+        half = self.training and is_fast_in_half(pictures.device.type)
         with torch.autocast(pictures.device.type, torch.bfloat16, enabled=half):
             tokens, fine = self.image(pictures)
         tokens = tokens.float() + self.ray(rays)
@@ -148,13 +148,14 @@ class Perception(nn.Module):
             queries, others = together[:, :own], together[:, own:]
         pointing = self._pointing(torch.cat([queries, others], 1), sight)
         there = pointing[:, :own].exp()
-        found = there[..., 1:] @ torch.cat([tokens, sight.rays], -1)
+        with torch.autocast(tokens.device.type, enabled=False):  # metres need more digits
+            found = there[..., 1:].float() @ torch.cat([tokens, sight.rays], -1)
         impression = self.join(torch.cat([queries, found, there[..., :1]], -1).flatten(1))
-        places, log_spread = self.measure(impression).chunk(2, -1)
+        places, log_spread = self.measure(impression).float().chunk(2, -1)
         places = places.index_add(1, self.points, self._pointed_at(queries, found).flatten(1))
         spread = log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD)
         pointed, spots_pointed = pointing[:, :NUM_POINTED], pointing[:, own:]
-        return Measurement(places, spread, pointed, spots_pointed, self.outline(impression))
+        return Measurement(places, spread, pointed, spots_pointed, self.outline(impression).float())
 
     def name(self, sight: Sight, words: Tensor, is_word: Tensor, which: Tensor) -> Tensor:
         """(B, T, 1 + J) logits of what each part of a picture shows: nothing of it, or one of J things.
@@ -181,7 +182,7 @@ class Perception(nn.Module):
 
 
 @functools.cache
-def _is_fast_in_half(device: str) -> bool:
+def is_fast_in_half(device: str) -> bool:
     """Convolutions in bfloat16 train 1.6 times as fast where the processor has instructions for them."""
     return device == "cuda" or (device == "cpu" and bool(torch.ops.mkldnn._is_mkldnn_bf16_supported()))
 

@@ -49,7 +49,7 @@ def test_in_some_views_the_object_is_between_the_hands():
 
 def test_sometimes_the_object_lies_on_its_side_on_the_floor(monkeypatch):
     monkeypatch.setattr("hv_teachers.glances._LYING_SHARE", 1.0)
-    world, _ = next(glance_around(TASKS, [3, 4], VIEWS_PER_PLACE))
+    world, _ = next(glance_around(TASKS, [3, 4], VIEWS_PER_PLACE, beginning_share=0.0))
     rows, state = torch.arange(2), world.state
     assert (state.object_rot_w[rows, world.object_index, 2, 2].abs() < 1e-5).all(), "its own up is level"
     for env in range(2):
@@ -60,6 +60,25 @@ def test_sometimes_the_object_lies_on_its_side_on_the_floor(monkeypatch):
         assert lowest == pytest.approx(0.0, abs=0.02), "it lies on the floor"
         away = np.linalg.norm(data.xpos[body, :2] - data.qpos[:2])
         assert 0.3 < away < 1.7
+
+
+def test_sometimes_the_robot_stands_where_it_is_told_the_subtask():
+    told, facing = set(), []
+    for world, _ in glance_around(TASKS, [3, 4], 8 * VIEWS_PER_PLACE, beginning_share=1.0):
+        told.update(int(i) for i in world.subtask_index)
+        for env, task in enumerate(TASKS):
+            state, subtask, heading = world.state, int(world.subtask_index[env]), Heading.of(world.state)
+            at = state.link_pos_w[env, 0, :2].numpy()
+            if subtask == 0:
+                shift = np.abs(at - task.robot.position_m)
+                assert shift.max() < 0.06, "the task's start, and five centimetres"
+                ahead = np.cos(task.robot.yaw_rad), np.sin(task.robot.yaw_rad)
+                facing.append(float(heading.cos[env]) * ahead[0] + float(heading.sin[env]) * ahead[1])
+            else:
+                before = world.scenes[env].goal_pos_w[subtask - 1][:2]
+                assert 0.4 < np.linalg.norm(at - before) < 1.6
+    assert told == {0, 1}
+    assert np.mean(np.array(facing) > 0.55) > 0.45, "half of the time about as it is turned then"
 
 
 def _lowest_m(model, data, geom: int) -> float:

@@ -1,4 +1,4 @@
-"""Frames of recorded shards in one small file, for `train_on_gpu.py`: pictures as WebP, labels in half precision.
+"""Frames of recorded shards in one small file, for `train_perception.py`: pictures as WebP, labels in half precision.
 
     python training/student/pack_frames.py OUT.npz STRIDE SHARD...        # shards of hv-record, every STRIDE-th frame
 """
@@ -23,7 +23,7 @@ QUALITY = 80
 
 
 class Packer:
-    """Takes frames, and makes of them what `train_on_gpu.py` reads."""
+    """Takes frames, and makes of them what `train_perception.py` reads."""
 
     def __init__(self) -> None:
         self._rows: dict[str, list[np.ndarray]] = {}

@@ -1,4 +1,4 @@
-"""Glances rendered for `train_on_gpu.py` while it trains: frames without end instead of a recording's.
+"""Glances rendered for `train_perception.py` while it trains: frames without end instead of a recording's.
 
 What each process draws follows from the seed and its number. Needs numpy, torch, pillow, scipy, mujoco, gymnasium and
 trimesh, and nothing of LeRobot; on a GPU's machine `MUJOCO_GL=egl` renders there.
@@ -24,6 +24,7 @@ from hv_sim.suites import read_tasks, select_tasks
 from hv_sim.task import Task
 from hv_teachers.dataset_format import HEAD_IMAGE
 from hv_teachers.frames import glance_frames
+from hv_teachers.glances import BEGINNING_SHARE
 
 
 def render(worker: int, tasks: list[Task], args: argparse.Namespace, end: float) -> None:
@@ -36,7 +37,7 @@ def render(worker: int, tasks: list[Task], args: argparse.Namespace, end: float)
         drawn = [tasks[i] for i in rng.choice(len(tasks), args.rooms, replace=False)]
         seeds = rng.integers(2**31, size=args.rooms).tolist()
         packer, name = Packer(), f"{args.name}{worker:02d}_{number:04d}"
-        for _, rows in glance_frames(drawn, seeds, args.glances, args.image_size, looks):
+        for _, rows in glance_frames(drawn, seeds, args.glances, args.image_size, looks, args.beginnings):
             known = [i for i, row in enumerate(rows) if row["privileged.places"].any()]
             rows = [rows[i] for i in known]
             if not rows:
@@ -51,13 +52,16 @@ def render(worker: int, tasks: list[Task], args: argparse.Namespace, end: float)
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", nargs="+", required=True, help="suites or files of tasks; a name twice counts twice")
-    parser.add_argument("--output", type=Path, required=True, help="folder of --frames of train_on_gpu.py")
+    parser.add_argument("--output", type=Path, required=True, help="folder of --frames of train_perception.py")
     parser.add_argument("--name", default="fresh", help="what the files' names begin with")
     parser.add_argument("--looks", metavar="FILE", help="randomised lights, colours, textures, camera")
     parser.add_argument("--seconds", type=float, default=400.0)
     parser.add_argument("--files", type=int, default=-1, help="at most so many of each process")
     parser.add_argument("--rooms", type=int, default=6, help="in a file")
     parser.add_argument("--glances", type=int, default=36, help="of each room")
+    parser.add_argument(
+        "--beginnings", type=float, default=BEGINNING_SHARE, help="share of them from where a sub-task is told"
+    )
     parser.add_argument("--image-size", type=int, default=128)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--seed", type=int, default=0)

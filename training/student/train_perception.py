@@ -1,35 +1,40 @@
-"""Trains what a student sees with, from frames that are all held in a GPU's memory.
+"""Trains what a student sees with, from frames that are all held in memory: a GPU's, or that of a machine without one.
 
 The loss, the mirror and the other colours are those of `lerobot-train` (`hv_policy.belief.perception_loss`,
 `hv_policy.belief.mirror`); words are looked up once, and pictures are decoded once. Needs torch, numpy, pillow, scipy
-and safetensors, and nothing of LeRobot: 14,000 pictures a second on an H100. Files of `pack_frames.py` that come into
-the folder while it runs are taken in.
+and safetensors, and nothing of LeRobot: 14,000 pictures a second on an H100, 110 on a core with bfloat16. Files of
+`pack_frames.py` that come into the folder while it runs are taken in. Under torchrun each process holds its share.
 
-    python training/student/train_on_gpu.py --init hv_policy/weights/student --frames DIR --output DIR --seconds 400
+    python training/student/train_perception.py --init hv_policy/weights/student --frames DIR --output DIR --seconds 400
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import hashlib
 import io
 import json
 import math
 import multiprocessing
+import os
 import queue
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import torch
+import torch.distributed as dist
 from PIL import Image
 from safetensors.torch import load_file, save_file
 from torch import Tensor
+from torch.nn.attention import SDPBackend, sdpa_kernel
 
 from hv_policy.belief import mirror
 from hv_policy.belief.other_tasks import ALL_SHAPES, SLOTS, choose_tasks, parts_of
-from hv_policy.belief.perception import Perception
+from hv_policy.belief.perception import Perception, is_fast_in_half
 from hv_policy.belief.perception_loss import NAMELESS, OtherTask, Shown, Things, Truth, perception_loss
 from hv_policy.belief.perception_size import PERCEPTIONS
 from hv_policy.text_encoder import TextEncoder
@@ -38,12 +43,9 @@ from hv_policy.word_features import FEATURE_DIM, MAX_PIECES
 
 PREFIX = "network.perception."
 SPOTS_A_PICTURE = 2
-MIRROR_SHARE = 0.35
-WEIGHTS = {"at": 0.7, "dag": 2.5}
-"""How often frames are drawn, by the beginning of their file's name; 1 for all others."""
 HELD_OUT, HELD_OUT_EVERY = "new", 25
 """Of files whose names begin so, one episode in so many is kept aside."""
-WARMUP_STEPS, LEAST_SHARE = 300, 0.002
+LEAST_SHARE = 0.002
 
 
 class Phrases:
@@ -159,9 +161,11 @@ class Frames:
         phrases: reads their names.
         capacity: frames that there is room for from the start; more make it grow, which takes three times the room
             while it does.
+        weights: how often frames are drawn, by the beginning of their file's name; 1 for all others.
     """
 
-    def __init__(self, phrases: Phrases, capacity: int = 0) -> None:
+    def __init__(self, phrases: Phrases, capacity: int = 0, weights: Mapping[str, float] | None = None) -> None:
+        self._weights = weights or {}
         self.phrases, self.device = phrases, phrases.device
         self._capacity, self._count = capacity, 0
         self._room: dict[str, Tensor] = {}
@@ -192,7 +196,7 @@ class Frames:
         held["spot_exists"] = held["spot_name"] >= 0
         held["box_name"], held["spot_name"] = of_name[held["box_name"]], of_name[held["spot_name"]]
         aside = (held.pop("episode") % HELD_OUT_EVERY == 0) & file.name.startswith(HELD_OUT)
-        weight = next((w for start, w in WEIGHTS.items() if file.name.startswith(start)), 1.0)
+        weight = next((w for start, w in self._weights.items() if file.name.startswith(start)), 1.0)
         held["aside"], held["weight"] = aside, np.where(aside, 0.0, weight)
         count = self._count + len(aside)
         for name, values in held.items():
@@ -218,11 +222,14 @@ class Frames:
         drawn = torch.rand(count, device=self.device, dtype=torch.double)
         return torch.searchsorted(self._share, drawn).clamp(max=len(self) - 1)
 
-    def loss(self, perception: Perception, rows: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
-        """`perception_loss` of rows (B,); in training some are mirrored and all recoloured."""
+    def loss(
+        self, perception: Perception, rows: Tensor, mirror_share: float = 0.0, with_things: bool = True
+    ) -> tuple[Tensor, dict[str, Tensor]]:
+        """`perception_loss` of rows (B,), some of them mirrored; in training all recoloured. Without things that are
+        not the task's it takes half the time."""
         row = {name: values[rows] for name, values in self.held.items()}
         trains = perception.training
-        flip = torch.rand(len(rows), device=self.device) < (MIRROR_SHARE if trains else 0.0)
+        flip = torch.rand(len(rows), device=self.device) < mirror_share
         here = flip[:, None, None]
         pictures = mirror.mirrored_pictures(row["pictures"].permute(0, 3, 1, 2).float() / 255, flip)
         pictures = mirror.recoloured(pictures) if trains else pictures
@@ -243,13 +250,27 @@ class Frames:
             chosen = flip.view(-1, *[1] * (rows_of_names.dim() - 1))
             return torch.where(chosen, self.phrases.mirrored[rows_of_names], rows_of_names)
 
+        things = self._things(perception, row, state, boxes, spots, named) if with_things else None
+        words, is_word, number = self.phrases.read(named(row["task"]))
+        return perception_loss(perception, pictures, state, words[number], is_word[number], truth, things)
+
+    def _things(
+        self,
+        perception: Perception,
+        row: dict[str, Tensor],
+        state: Tensor,
+        boxes: Tensor,
+        spots: Tensor,
+        named: Callable[[Tensor], Tensor],
+    ) -> Things:
+        """What else the pictures show."""
         shown = Shown.of(perception, state, boxes, row["exists"])
         has_name = row["has_name"] & shown.asked
         drawn = (torch.rand(spots.shape[:2], device=self.device) + row["spot_exists"]).topk(SPOTS_A_PICTURE, 1).indices
         names = torch.cat([row["box_name"].where(has_name, self._nothing), row["spot_name"].gather(1, drawn)], 1)
         tokens, is_word, number = self.phrases.read(named(names))
         others = self._others(row, shown, boxes, spots, named)
-        things = Things(
+        return Things(
             shown,
             boxes[..., :3],
             has_name,
@@ -261,8 +282,6 @@ class Frames:
             number[:, boxes.shape[1] :],
             others,
         )
-        words, is_word, number = self.phrases.read(named(row["task"]))
-        return perception_loss(perception, pictures, state, words[number], is_word[number], truth, things)
 
     def _others(
         self,
@@ -320,6 +339,17 @@ def save(perception: Perception, init: Path, output: Path) -> None:
     (output / "draft.tmp").replace(output / "model.safetensors")
 
 
+@contextlib.contextmanager
+def in_half(device: str) -> Iterator[None]:
+    """bfloat16 on a processor that has instructions for it; a GPU is no faster so, as its work is many small steps."""
+    if device == "cpu" and is_fast_in_half(device):
+        # of few queries flash attention's gradient takes ten times as long there as products of matrices
+        with torch.autocast(device, torch.bfloat16), sdpa_kernel(SDPBackend.MATH):
+            yield
+    else:
+        yield
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--init", type=Path, required=True, help="checkpoint that it goes on from")
@@ -328,18 +358,31 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=400.0)
     parser.add_argument("--batch", type=int, default=1024)
     parser.add_argument("--lr", type=float, default=1.2e-3)
+    parser.add_argument("--warmup", type=int, default=300, help="steps")
     parser.add_argument("--weight-decay", type=float, default=1e-2)
+    parser.add_argument(
+        "--weights", nargs="*", default=[], metavar="NAME=W", help="how often frames of files with such names are drawn"
+    )
+    parser.add_argument("--mirror-share", type=float, default=0.35, help="of the pictures")
+    parser.add_argument("--word-dropout", type=float, help="share of words shown as unknown; default: the checkpoint's")
+    parser.add_argument("--things-every", type=int, default=1, help="one step in so many asks for other things too")
     parser.add_argument("--report-s", type=float, default=10.0)
     parser.add_argument("--decoders", type=int, default=multiprocessing.cpu_count())
     parser.add_argument("--capacity", type=int, default=0, help="frames to make room for at once")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
-    torch.manual_seed(args.seed)
+    world, rank = int(os.environ.get("WORLD_SIZE", 1)), int(os.environ.get("RANK", 0))
+    if world > 1:
+        dist.init_process_group("gloo")
+    torch.manual_seed(args.seed + rank)
     torch.set_float32_matmul_precision("high")
+    torch.backends.cuda.allow_fp16_bf16_reduction_math_sdp(True)  # says cuda, counts for every device
     pool = multiprocessing.get_context("fork").Pool(args.decoders)
     device = "cuda" if torch.cuda.is_available() else "cpu"
     perception = load_perception(args.init).to(device).train()
-    frames = Frames(Phrases(perception.text), args.capacity)
+    if args.word_dropout is not None:
+        perception.text.word_dropout = args.word_dropout
+    frames = Frames(Phrases(perception.text), args.capacity, _weights(args.weights))
     args.output.mkdir(parents=True, exist_ok=True)
     arrived: queue.Queue[tuple[Path, dict[str, np.ndarray]]] = queue.Queue()
 
@@ -347,7 +390,7 @@ def main() -> None:
         known: set[Path] = set()
         while True:
             for file in sorted(args.frames.glob("*.npz")):
-                if file not in known:
+                if file not in known and _holder(file, world) == rank:
                     known.add(file)
                     arrived.put((file, read_file(file, pool)))
             time.sleep(0.5)
@@ -358,41 +401,75 @@ def main() -> None:
     groups = decay_groups(perception, weight_decay=args.weight_decay)
     optimizer = torch.optim.AdamW(groups, lr=args.lr, fused=device == "cuda")
     start = reported = saved = time.monotonic()
-    step, count = 0, 0
+    step = 0
     sums: dict[str, Tensor] = {}
-    curve = (args.output / "curve.csv").open("w")
-    while (share := (time.monotonic() - start) / args.seconds) < 1:
+    counts: dict[str, int] = {}
+    curve = (args.output / ("curve.csv" if rank == 0 else f"curve_{rank}.csv")).open("w")
+    while (share := _of_first((time.monotonic() - start) / args.seconds, world)) < 1:
         while not arrived.empty():
             frames.add(*arrived.get())
-        rate = args.lr * min(1.0, (step + 1) / WARMUP_STEPS)
+        rate = args.lr * min(1.0, (step + 1) / args.warmup)
         rate *= LEAST_SHARE + (1 - LEAST_SHARE) * 0.5 * (1 + math.cos(math.pi * share))
         for group in optimizer.param_groups:
             group["lr"] = rate
-        loss, figures = frames.loss(perception, frames.draw(args.batch))
+        with in_half(device):
+            with_things = step % args.things_every == 0
+            loss, figures = frames.loss(perception, frames.draw(args.batch), args.mirror_share, with_things)
         optimizer.zero_grad(set_to_none=True)
         loss.mean().backward()
+        _average_gradients(trained, world)
         torch.nn.utils.clip_grad_norm_(trained, 5.0)
         optimizer.step()
-        step, count = step + 1, count + 1
+        step += 1
         for name, value in {"loss": loss.detach().mean(), **figures}.items():
             sums[name] = sums.get(name, torch.zeros_like(value)) + value.nan_to_num()
+            counts[name] = counts.get(name, 0) + 1
         if step % 25 == 0 and time.monotonic() - reported > args.report_s:
-            row = {"samples": step * args.batch, "frames": len(frames), "lr": rate}
-            row |= {name: float(total) / count for name, total in sums.items()}
+            row = {"samples": step * args.batch * world, "frames": len(frames), "lr": rate}
+            row |= {name: float(total) / counts[name] for name, total in sums.items()}
             row |= {f"aside_{name}": value for name, value in _aside(frames, perception).items()}
             if curve.tell() == 0:
                 curve.write(",".join(row) + "\n")
             curve.write(",".join(f"{value:.5g}" for value in row.values()) + "\n")
             curve.flush()
             print(" ".join(f"{name} {value:.4g}" for name, value in row.items()), flush=True)
-            sums, count, reported = {}, 0, time.monotonic()
-        if time.monotonic() - saved > 60:
+            sums, counts, reported = {}, {}, time.monotonic()
+        if rank == 0 and time.monotonic() - saved > 60:
             save(perception, args.init, args.output)
             saved = time.monotonic()
-    save(perception, args.init, args.output)
-    (args.output / "done").write_text(f"{step * args.batch}\n")
-    print("done", step * args.batch, flush=True)
+    if rank == 0:
+        save(perception, args.init, args.output)
+        (args.output / "done").write_text(f"{step * args.batch * world}\n")
+        print("done", step * args.batch * world, flush=True)
     pool.terminate()
+
+
+def _holder(file: Path, world: int) -> int:
+    """Which of `world` processes holds a file: the same one whatever other files there are by now."""
+    return hashlib.sha256(file.name.encode()).digest()[0] % world
+
+
+def _weights(given: Sequence[str]) -> dict[str, float]:
+    return {name: float(weight) for name, weight in (one.split("=") for one in given)}
+
+
+def _of_first(value: float, world: int) -> float:
+    """What the first of `world` processes says."""
+    if world == 1:
+        return value
+    said = torch.tensor(value, dtype=torch.float64)
+    dist.broadcast(said, 0)
+    return float(said)
+
+
+def _average_gradients(trained: Sequence[Tensor], world: int) -> None:
+    """Over `world` processes."""
+    if world == 1:
+        return
+    flat = torch.cat([torch.zeros(p.numel()) if p.grad is None else p.grad.flatten() for p in trained])
+    dist.all_reduce(flat)
+    for p, mean in zip(trained, (flat / world).split([p.numel() for p in trained]), strict=True):
+        p.grad = mean.view_as(p)
 
 
 @torch.no_grad()

@@ -1,4 +1,4 @@
-"""What trained the student on a GPU trains it as `lerobot-train` does."""
+"""What trains the student from frames in memory trains it as `lerobot-train` does."""
 
 import importlib.util
 import subprocess
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import torch
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from safetensors.torch import load_file
 
 from hv_policy.belief.mirror import mirrored_text
 from hv_policy.belief.other_tasks import ALL_SHAPES, sentence
@@ -35,7 +36,7 @@ runpy.run_path(sys.argv[0], run_name="__main__")
 
 @pytest.fixture(scope="module")
 def trainer() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("train_on_gpu", FOLDER / "train_on_gpu.py")
+    spec = importlib.util.spec_from_file_location("train_perception", FOLDER / "train_perception.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -63,7 +64,7 @@ def test_sentences_put_together_are_read_as_whole_ones(trainer):
         torch.testing.assert_close(tokens[is_word], wanted[is_word], atol=1e-4, rtol=1e-4)
 
 
-def test_frames_packed_for_the_gpu_teach_what_the_dataset_teaches(trainer, tmp_path):
+def test_frames_packed_teach_what_the_dataset_teaches(trainer, tmp_path):
     root, packed = tmp_path / "glances", tmp_path / "new.npz"
     record_dataset(root, load_suite("seen")[:2], PlannerExpert, RecordingConfig(glances=4), progress=False)
     subprocess.run([sys.executable, FOLDER / "pack_frames.py", packed, "1", root], check=True, capture_output=True)
@@ -115,3 +116,44 @@ def test_files_that_arrive_one_after_the_other_are_held_as_one(trainer, tmp_path
     phrases = grows.phrases
     for text, row in phrases.row.items():
         assert int(phrases.mirrored[row]) == phrases.row.get(mirrored_text(text), row), text
+
+
+@pytest.fixture(scope="module")
+def packed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("packed")
+    command = [sys.executable, FOLDER / "render_frames.py", "--tasks", "seen:0-1", "--output", folder]
+    options = ["--workers=1", "--files=4", "--rooms=1", "--glances=3", "--beginnings=1"]
+    subprocess.run([*command, *options], check=True, capture_output=True)
+    return folder
+
+
+def test_what_is_learned_in_half_precision_is_what_is_learned_in_full(trainer, packed):
+    perception = trainer.load_perception(SHIPPED_STUDENT).eval()
+    frames = trainer.Frames(trainer.Phrases(perception.text))
+    with ThreadPool(1) as pool:
+        for file in sorted(packed.glob("*.npz")):
+            frames.add(file, trainer.read_file(file, pool))
+    gradients = []
+    for half in (False, True):
+        torch.manual_seed(3)
+        perception.zero_grad()
+        with trainer.in_half("cpu" if half else "nowhere"):
+            loss, _ = frames.loss(perception, torch.arange(12))
+        loss.mean().backward()
+        gradients.append(torch.cat([p.grad.flatten() for p in perception.parameters() if p.grad is not None]))
+    assert torch.nn.functional.cosine_similarity(*gradients, dim=0) > 0.98
+
+
+@pytest.mark.slow
+def test_two_processes_train_one_network(packed, tmp_path):
+    script, options = FOLDER / "train_perception.py", ["--seconds=8", "--batch=8", "--decoders=1", "--report-s=0.1"]
+    folders = ["--init", SHIPPED_STUDENT, "--frames", packed, "--output", tmp_path]
+    launcher = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node=2"]
+    done = subprocess.run([*launcher, script, *folders, *options], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr[-2000:]
+    before, after = (load_file(folder / "model.safetensors") for folder in (SHIPPED_STUDENT, tmp_path))
+    changed = [name for name in before if not torch.equal(before[name], after[name])]
+    assert changed
+    assert all(name.startswith("network.perception.") for name in changed)
+    assert all(torch.isfinite(after[name]).all() for name in changed)
+    assert int((tmp_path / "done").read_text()) % 16 == 0
