@@ -66,7 +66,7 @@ def test_sentences_put_together_are_read_as_whole_ones(trainer):
 
 def test_frames_packed_teach_what_the_dataset_teaches(trainer, tmp_path):
     root, packed = tmp_path / "glances", tmp_path / "new.npz"
-    record_dataset(root, load_suite("seen")[:2], PlannerExpert, RecordingConfig(glances=4), progress=False)
+    record_dataset(root, load_suite("seen")[:2], PlannerExpert, RecordingConfig(glances=16), progress=False)
     subprocess.run([sys.executable, FOLDER / "pack_frames.py", packed, "1", root], check=True, capture_output=True)
     perception = trainer.load_perception(SHIPPED_STUDENT).eval()
     frames = trainer.Frames(trainer.Phrases(perception.text))
@@ -75,12 +75,14 @@ def test_frames_packed_teach_what_the_dataset_teaches(trainer, tmp_path):
     policy = load_student(SHIPPED_STUDENT).eval()
     dataset = LeRobotDataset("local/glances", root=root)
     policy.student._meta = dataset.meta
-    batch = torch.utils.data.default_collate([dataset[i] for i in range(8)])
+    batch = torch.utils.data.default_collate([dataset[i] for i in range(32)])
     with torch.no_grad():
         _, wanted = policy.forward(batch)
-        _, found = frames.loss(perception, torch.arange(8))
-    for name in ("seeing_loss", "pointing_loss", "outline_loss", "object_error_m", "goal_error_m"):  # nothing is drawn
-        assert float(found[name]) == pytest.approx(wanted[name], abs=0.05, rel=0.1), name
+        _, found = frames.loss(perception, torch.arange(32))
+    for name in ("seeing_loss", "pointing_loss", "outline_loss"):  # nothing is drawn
+        assert float(found[name]) == pytest.approx(wanted[name], abs=0.01, rel=0.05), name
+    for name in ("object_error_m", "goal_error_m"):  # guesses of what is out of view hang on how pictures are packed
+        assert float(found[name]) == pytest.approx(wanted[name], abs=0.15), name
 
 
 def test_rendered_frames_are_those_of_a_recording_and_need_no_lerobot(trainer, tmp_path):
