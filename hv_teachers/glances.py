@@ -118,8 +118,7 @@ def _place(
     if rng.uniform() < beginning_share:
         return _beginning(scene, qpos, subtask, free, rng)
     if rng.uniform() < _LYING_SHARE:
-        away = np.linalg.norm(free - qpos[:2], axis=-1)
-        around = free[(away > _LYING_M[0]) & (away < _LYING_M[1])]
+        around = _around(free, qpos[:2], _LYING_M)
         if len(around):
             row = int(scene.subtask_object[subtask])
             aim = around[rng.integers(len(around))]
@@ -136,8 +135,7 @@ def _beginning(
         yaw = 2 * np.arctan2(qpos[6], qpos[3])
         return qpos, qpos[:2] + np.array([np.cos(yaw), np.sin(yaw)])
     before = scene.goal_pos_w[subtask - 1][:2]
-    away = np.linalg.norm(free - before, axis=-1)
-    around = free[(away > _BEGINNING_M[0]) & (away < _BEGINNING_M[1])]
+    around = _around(free, before, _BEGINNING_M)
     if len(around):
         qpos[:2] = around[rng.integers(len(around))] + rng.uniform(-0.05, 0.05, 2)
     return qpos, before.copy()
@@ -220,6 +218,12 @@ def _postured(
             state[3:7] = w * c, -z * s, w * s, z * c  # turned about z, then leant about its own y
         shown.append(state)
     return shown
+
+
+def _around(places: np.ndarray, middle: np.ndarray, range_m: tuple[float, float]) -> np.ndarray:
+    """Those of places (P, 2) that are so far from a `middle` (2,)."""
+    away = np.linalg.norm(places - middle, axis=-1)
+    return places[(away > range_m[0]) & (away < range_m[1])]
 
 
 def _free_places(scene: Scene) -> np.ndarray:

@@ -235,7 +235,8 @@ class Frames:
         pictures = mirror.recoloured(pictures) if trains else pictures
         state = mirror.STATE.where(flip, row["state"].float())
         boxes, spots = row["boxes"].float(), row["spots"].float()
-        boxes, spots = torch.where(here, mirror.BOX(boxes), boxes), torch.where(here, mirror.POINT(spots), spots)
+        row["boxes"] = torch.where(here, mirror.BOX(boxes), boxes)
+        row["spots"] = torch.where(here, mirror.POINT(spots), spots)
         bits = 7 - torch.arange(8, device=self.device)
         taken = (row["floor"][..., None] >> bits & 1).flatten(1).bool()
         truth = Truth(
@@ -250,26 +251,21 @@ class Frames:
             chosen = flip.view(-1, *[1] * (rows_of_names.dim() - 1))
             return torch.where(chosen, self.phrases.mirrored[rows_of_names], rows_of_names)
 
-        things = self._things(perception, row, state, boxes, spots, named) if with_things else None
+        things = self._things(perception, row, state, named) if with_things else None
         words, is_word, number = self.phrases.read(named(row["task"]))
         return perception_loss(perception, pictures, state, words[number], is_word[number], truth, things)
 
     def _things(
-        self,
-        perception: Perception,
-        row: dict[str, Tensor],
-        state: Tensor,
-        boxes: Tensor,
-        spots: Tensor,
-        named: Callable[[Tensor], Tensor],
+        self, perception: Perception, row: dict[str, Tensor], state: Tensor, named: Callable[[Tensor], Tensor]
     ) -> Things:
         """What else the pictures show."""
+        boxes, spots = row["boxes"], row["spots"]
         shown = Shown.of(perception, state, boxes, row["exists"])
         has_name = row["has_name"] & shown.asked
         drawn = (torch.rand(spots.shape[:2], device=self.device) + row["spot_exists"]).topk(SPOTS_A_PICTURE, 1).indices
         names = torch.cat([row["box_name"].where(has_name, self._nothing), row["spot_name"].gather(1, drawn)], 1)
         tokens, is_word, number = self.phrases.read(named(names))
-        others = self._others(row, shown, boxes, spots, named)
+        others = self._others(row, shown, named)
         return Things(
             shown,
             boxes[..., :3],
@@ -283,15 +279,9 @@ class Frames:
             others,
         )
 
-    def _others(
-        self,
-        row: dict[str, Tensor],
-        shown: Shown,
-        boxes: Tensor,
-        spots: Tensor,
-        named: Callable[[Tensor], Tensor],
-    ) -> OtherTask:
+    def _others(self, row: dict[str, Tensor], shown: Shown, named: Callable[[Tensor], Tensor]) -> OtherTask:
         """Other tasks in the pictures of a batch."""
+        boxes, spots = row["boxes"], row["spots"]
         thing, spot, other, shape, possible = choose_tasks(
             row["has_name"], shown.in_view, boxes[..., 3:6], row["spot_exists"]
         )
@@ -341,7 +331,7 @@ def save(perception: Perception, init: Path, output: Path) -> None:
 
 @contextlib.contextmanager
 def in_half(device: str) -> Iterator[None]:
-    """bfloat16 on a processor that has instructions for it; a GPU is no faster so, as its work is many small steps."""
+    """bfloat16 everywhere on a processor that has instructions for it; elsewhere `Perception.look` alone has it."""
     if device == "cpu" and is_fast_in_half(device):
         # of few queries flash attention's gradient takes ten times as long there as products of matrices
         with torch.autocast(device, torch.bfloat16), sdpa_kernel(SDPBackend.MATH):
