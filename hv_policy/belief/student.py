@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
@@ -45,6 +46,7 @@ from hv_policy.decision.rising import Rising
 from hv_policy.decision.sight import hand_anchors, sight
 from hv_policy.decision.view import Phase
 from hv_policy.decision.weights import load_decision
+from hv_policy.half_precision import in_half
 from hv_policy.motor.embodiment import CONTROL_DT_S
 from hv_policy.motor.intent import GAZE, VELOCITY
 from hv_policy.motor.kinematics import Array, as_arrays
@@ -103,8 +105,9 @@ class BeliefNetwork(nn.Module):
         device = state.device
         taken, floor_known = (None, None) if floor is None else (x.to(device) for x in floor)
         truth = Truth(known["places"], known["object"][:, 3:9], known["half_extents"], taken, floor_known)
-        things = None if landmarks is None else read_things(self.perception, state, landmarks)
-        loss, figures = perception_loss(self.perception, pictures, state, words, is_word, truth, things)
+        with in_half(device.type) if self.training else contextlib.nullcontext():
+            things = None if landmarks is None else read_things(self.perception, state, landmarks)
+            loss, figures = perception_loss(self.perception, pictures, state, words, is_word, truth, things)
         return loss, {name: value.item() for name, value in figures.items()}
 
 

@@ -15,6 +15,7 @@ from safetensors.torch import load_file
 
 from hv_policy.belief.mirror import mirrored_text
 from hv_policy.belief.other_tasks import ALL_SHAPES, sentence
+from hv_policy.half_precision import in_half
 from hv_policy.network_file import SHIPPED_STUDENT
 from hv_sim.suites import load_suite
 from hv_teachers.corrected_student import load_student
@@ -139,7 +140,7 @@ def test_what_is_learned_in_half_precision_is_what_is_learned_in_full(trainer, p
     for half in (False, True):
         torch.manual_seed(3)
         perception.zero_grad()
-        with trainer.in_half("cpu" if half else "nowhere"):
+        with in_half("cpu" if half else "nowhere"):
             loss, _ = frames.loss(perception, torch.arange(12))
         loss.mean().backward()
         gradients.append(torch.cat([p.grad.flatten() for p in perception.parameters() if p.grad is not None]))

@@ -11,7 +11,6 @@ and safetensors, and nothing of LeRobot: 14,000 pictures a second on an H100, 11
 from __future__ import annotations
 
 import argparse
-import contextlib
 import hashlib
 import io
 import json
@@ -21,7 +20,7 @@ import os
 import queue
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,13 +29,13 @@ import torch.distributed as dist
 from PIL import Image
 from safetensors.torch import load_file, save_file
 from torch import Tensor
-from torch.nn.attention import SDPBackend, sdpa_kernel
 
 from hv_policy.belief import mirror
 from hv_policy.belief.other_tasks import ALL_SHAPES, SLOTS, choose_tasks, parts_of
-from hv_policy.belief.perception import Perception, is_fast_in_half
+from hv_policy.belief.perception import Perception
 from hv_policy.belief.perception_loss import NAMELESS, OtherTask, Shown, Things, Truth, perception_loss
 from hv_policy.belief.perception_size import PERCEPTIONS
+from hv_policy.half_precision import in_half
 from hv_policy.text_encoder import TextEncoder
 from hv_policy.weight_decay import decay_groups
 from hv_policy.word_features import FEATURE_DIM, MAX_PIECES
@@ -327,17 +326,6 @@ def save(perception: Perception, init: Path, output: Path) -> None:
         weights[PREFIX + name] = value.detach().to("cpu", weights[PREFIX + name].dtype).contiguous()
     save_file(weights, output / "draft.tmp", metadata={"format": "pt"})
     (output / "draft.tmp").replace(output / "model.safetensors")
-
-
-@contextlib.contextmanager
-def in_half(device: str) -> Iterator[None]:
-    """bfloat16 everywhere on a processor that has instructions for it; elsewhere `Perception.look` alone has it."""
-    if device == "cpu" and is_fast_in_half(device):
-        # of few queries flash attention's gradient takes ten times as long there as products of matrices
-        with torch.autocast(device, torch.bfloat16), sdpa_kernel(SDPBackend.MATH):
-            yield
-    else:
-        yield
 
 
 def main() -> None:

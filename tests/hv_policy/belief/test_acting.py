@@ -10,6 +10,7 @@ import pytest
 import torch
 from policy_samples import HEAD, STATE, TASKS, make_config
 
+from hv_policy.belief import student
 from hv_policy.belief.belief import BeliefConfig
 from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.camera import project
@@ -17,10 +18,12 @@ from hv_policy.belief.floor_map import cells_of
 from hv_policy.belief.floor_patch import patch_points, write_patch
 from hv_policy.belief.labels import LABELS
 from hv_policy.belief.perception import GOAL_QUERY, OBJECT_QUERY, measurement_loss
+from hv_policy.belief.perception_loss import perception_loss
 from hv_policy.belief.places import GOAL, OBJECT, PICK, PLACE, to_frame
 from hv_policy.belief.stands import Stand
 from hv_policy.belief.student import BeliefNetwork
 from hv_policy.decision.view import Phase
+from hv_policy.half_precision import is_fast_in_half
 from hv_policy.modeling_hv import HVPolicy
 from hv_policy.motor.proprioception import read_proprioception
 from hv_sim.observations import proprioception
@@ -97,6 +100,26 @@ def test_learns_where_an_object_is_and_how_sure_that_is(states):
     assert wrong < 0.05
     assert seen.log_spread[:, 1].exp().mean() < 0.6
     assert figures["object_error_m"] < 0.5
+
+
+@pytest.mark.skipif(not is_fast_in_half("cpu"), reason="this processor has no instructions for bfloat16")
+def test_training_takes_half_precision_and_learns_the_same(states, monkeypatch):
+    policy = make_believer(mirror_share=0.0, recolour=False, word_dropout=0.0)
+    batch = labelled(32, torch.Generator().manual_seed(1), states[0][:1])
+    inside, gradients = [], []
+
+    def watched(*args):
+        inside.append(torch.is_autocast_enabled("cpu"))
+        return perception_loss(*args)
+
+    monkeypatch.setattr(student, "perception_loss", watched)
+    for trains in (False, True):
+        policy.train(trains)
+        policy.zero_grad()
+        policy(batch)[0].backward()
+        gradients.append(torch.cat([p.grad.flatten() for p in policy.parameters() if p.grad is not None]))
+    assert inside == [False, True]
+    assert torch.nn.functional.cosine_similarity(*gradients, dim=0) > 0.98
 
 
 def test_loss_is_least_where_the_spread_is_the_error():
