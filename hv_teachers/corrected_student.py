@@ -125,7 +125,7 @@ class CorrectedStudent:
         done, phase = world.navigator.leg_is_done, senses.memory.phase
         self.knowledge = Knowledge.of(seen.truth, done, vector, phase)
         intent = self.teacher.networks[0].from_units(decided.action)
-        return intent, following.copied_prior()(state, intent)
+        return intent, following.prior.copied()(state, intent)
 
 
 def see_and_decide(

@@ -1,4 +1,7 @@
-"""Trains the motor prior's residual with rsl_rl's PPO: resumable after a kill at any moment, curves as CSV."""
+"""Trains the networks of the motor prior with rsl_rl's PPO: resumable after a kill at any moment, curves as CSV.
+
+The residual that follows intents, or what gets up from the floor (`skill`).
+"""
 
 from __future__ import annotations
 
@@ -17,23 +20,37 @@ from rsl_rl.algorithms import PPO
 from tensordict import TensorDict
 from tqdm import tqdm
 
-from hv_policy.motor.prior import MotorPrior, MotorPriorConfig, save_motor_prior
+from hv_policy.motor.get_up import GetUpNetwork
+from hv_policy.motor.prior import (
+    MotorPrior,
+    MotorPriorConfig,
+    ResidualNetwork,
+    load_shipped_motor_prior,
+    save_motor_prior,
+)
 from hv_teachers.curriculum import practice_tasks, share_of_tasks
 from hv_teachers.curves import plot_curve
+from hv_teachers.get_up_practice import GetUpConfig, GetUpPractice
 from hv_teachers.motor_env import MotorEnv, MotorEnvConfig
 from hv_teachers.motor_practice import Practice, Practices
 from hv_teachers.motor_rooms import MotorRooms, RoomsConfig
 from hv_teachers.teacher import load_shipped_teacher
 
-CURVES = (
-    "reward", "free_failures_per_s", "load_failures_per_s", "drops_per_s", "placed_share", "steps_per_s",
-)  # fmt: skip
+SKILLS = ("follow", "get_up")
+CURVES = {
+    "follow": (
+        "reward", "free_failures_per_s", "load_failures_per_s", "drops_per_s", "placed_share", "steps_per_s",
+    ),
+    "get_up": ("reward", "free_up", "pulled_up", "pull_share", "stand", "steps_per_s"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class MotorTrainingConfig:
     """PPO and its schedule. `samples` are control steps over all environments."""
 
+    skill: str = "follow"
+    """What is learned: to follow intents, or to get up."""
     samples: int = 50_000_000
     steps_per_iteration: int = 12
     epochs: int = 2
@@ -50,6 +67,7 @@ class MotorTrainingConfig:
     gamma: float = 0.98
     lam: float = 0.95
     noise: float = 0.12
+    noise_range: tuple[float, float] = (0.05, 0.3)
     worlds_every: int = 300
     """Iterations after which boxes, grounds and rooms are drawn anew."""
     reward_scale: float = 0.05
@@ -62,6 +80,19 @@ class MotorTrainingConfig:
     prior: MotorPriorConfig = field(default_factory=MotorPriorConfig)
     env: MotorEnvConfig = field(default_factory=MotorEnvConfig)
     rooms: RoomsConfig = field(default_factory=RoomsConfig)
+    get_up: GetUpConfig = field(default_factory=GetUpConfig)
+
+    def __post_init__(self) -> None:
+        if self.skill not in SKILLS:
+            raise ValueError(f"skill: {self.skill!r} is not valid; valid: {', '.join(SKILLS)}")
+
+
+def getting_up(config: MotorTrainingConfig) -> MotorTrainingConfig:
+    """The same for getting up: more noise, as nothing but a network stands between it and the servos."""
+    return replace(
+        config, skill="get_up", noise=0.35, noise_range=(0.08, 0.6), desired_kl=0.03, epochs=3, gamma=0.97,
+        steps_per_iteration=24, reward_scale=0.1, prior=replace(config.prior, get_up_hidden=(256, 256)),
+    )  # fmt: skip
 
 
 def fine_tuning(config: MotorTrainingConfig) -> MotorTrainingConfig:
@@ -76,7 +107,7 @@ def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConf
     """rsl_rl's PPO with an actor on the features and a critic that also sees the load."""
     network = {
         "class_name": "rsl_rl.models:MLPModel",
-        "hidden_dims": list(config.prior.hidden),
+        "hidden_dims": list(config.prior.hidden if config.skill == "follow" else config.prior.get_up_hidden),
         "activation": "elu",
         "obs_normalization": True,
     }
@@ -84,7 +115,7 @@ def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConf
         "class_name": "rsl_rl.modules.distribution:GaussianDistribution",
         "init_std": config.noise,
         "std_type": "log",
-        "std_range": [0.05, 0.3],
+        "std_range": list(config.noise_range),
     }
     cfg = {
         "algorithm": {
@@ -123,7 +154,8 @@ def build_ppo(observations: TensorDict, num_envs: int, config: MotorTrainingConf
 def _read_state(path: Path) -> dict[str, Any]:
     try:
         state = torch.load(path, weights_only=True)
-        return {key: state[key] for key in ("ppo", "iteration", "samples", "minutes", "learning_rate")}
+        needed = {key: state[key] for key in ("ppo", "iteration", "samples", "minutes", "learning_rate")}
+        return needed | {"pull_share": state.get("pull_share", 0.0)}  # younger than the first states
     except Exception as error:  # what is read may be anything
         reason = " ".join(str(error).split())[:100]
         raise ValueError(f"{path}: cannot be read ({reason}); valid: the resume.pt of a training") from None
@@ -155,11 +187,31 @@ class MotorTraining:
         self.config = config
         torch.set_num_threads(1)  # small operations: more threads only wait for each other
         self.prior = MotorPrior(config.prior)
+        if config.skill == "get_up":  # what follows intents stays what it is
+            self.prior.residual = load_shipped_motor_prior().residual
         self.env = _practice(self.prior, config, iteration)
         self.ppo = build_ppo(_observations(self.env), self.env.num_envs, config)
         self.ppo.train_mode()
         self.samples_per_iteration = self.env.num_envs * config.steps_per_iteration
         self._iterations = self._worlds_since = iteration
+
+    @property
+    def network(self) -> ResidualNetwork | GetUpNetwork:
+        """The one that is learned."""
+        if self.config.skill == "follow":
+            return self.prior.residual
+        assert self.prior.get_up is not None
+        return self.prior.get_up
+
+    @property
+    def pull_share(self) -> float:
+        """How hard those who shall get up are pulled; 0 where nobody is."""
+        return self.env.pull_share if isinstance(self.env, GetUpPractice) else 0.0
+
+    @pull_share.setter
+    def pull_share(self, share: float) -> None:
+        if isinstance(self.env, GetUpPractice):
+            self.env.pull_share = share
 
     def begin_with(self, path: Path) -> None:
         """The networks of another training (its `resume.pt`), with this one's noise."""
@@ -171,7 +223,9 @@ class MotorTraining:
         """One rollout and one update; returns a row of the curve."""
         begun = time.time()
         if self._iterations > self._worlds_since and self._iterations % self.config.worlds_every == 0:
-            self.env, self._worlds_since = _practice(self.prior, self.config, self._iterations), self._iterations
+            pull_share, self._worlds_since = self.pull_share, self._iterations
+            self.env = _practice(self.prior, self.config, self._iterations)
+            self.pull_share = pull_share
         if self.config.desired_kl is None:
             learns = self._iterations >= self.config.critic_warmup
             self.ppo.learning_rate = self.ppo.optimizer.param_groups[0]["lr"] = self.config.learning_rate * learns
@@ -182,6 +236,8 @@ class MotorTraining:
         losses = self.ppo.update()
         torch.set_num_threads(1)
         elapsed = time.time() - begun
+        if isinstance(self.env, GetUpPractice):
+            row |= {name: round(share, 4) for name, share in self.env.shares().items()}
         return row | {
             "steps_per_s": round(self.samples_per_iteration / elapsed),
             "simulation_share": round(simulated / elapsed, 3),
@@ -208,7 +264,7 @@ def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
     training = MotorTraining(config, iteration)
     if saved:
         _load(training.ppo, saved["ppo"], resume, None)
-        training.ppo.learning_rate = saved["learning_rate"]
+        training.ppo.learning_rate, training.pull_share = saved["learning_rate"], saved["pull_share"]
         torch.manual_seed(config.seed + iteration)
     elif config.init:
         training.begin_with(Path(config.init))
@@ -223,30 +279,33 @@ def train_motor(config: MotorTrainingConfig, output: Path) -> Path:
             row |= {"samples": samples, "minutes": round((time.time() - started) / 60, 2)}
             curve.add(row)
             bar.update(training.samples_per_iteration)
-            bar.set_postfix(reward=f"{row['reward']:.3f}", falls=f"{row['free_failures_per_s']:.3f}", refresh=False)
+            shown = "free_failures_per_s" if config.skill == "follow" else "free_up"
+            bar.set_postfix({"reward": f"{row['reward']:.3f}", shown: f"{row[shown]:.3f}"}, refresh=False)
             if time.time() - last_save > 60 * config.checkpoint_minutes or samples >= config.samples:
                 curve.flush()  # first: rows beyond the state are cut off again, missing ones would stay missing
                 _save(output, training, iteration, samples, (time.time() - started) / 60)
-                plot_curve(output / "curve.csv", output / "curve.png", CURVES)
+                plot_curve(output / "curve.csv", output / "curve.png", CURVES[config.skill])
                 last_save = time.time()
     return output / "motor_prior.safetensors"
 
 
-def export_residual(ppo: PPO, prior: MotorPrior) -> None:
-    """Copies the actor's mean network and its normalisation into the prior."""
+def export_actor(ppo: PPO, network: ResidualNetwork | GetUpNetwork) -> None:
+    """Copies the actor's mean network and its normalisation into a network of the prior."""
     linear = [m for m in ppo.actor.mlp if isinstance(m, torch.nn.Linear)]
-    target = [m for m in prior.residual.layers if isinstance(m, torch.nn.Linear)]
+    target = [m for m in network.layers if isinstance(m, torch.nn.Linear)]
     with torch.no_grad():
         for source, sink in zip(linear, target, strict=True):
             sink.weight.copy_(source.weight)
             sink.bias.copy_(source.bias)
         normalizer = ppo.actor.obs_normalizer
-        prior.residual.mean.copy_(normalizer.mean)
-        prior.residual.std.copy_(normalizer.std + normalizer.eps)
+        network.mean.copy_(normalizer.mean)
+        network.std.copy_(normalizer.std + normalizer.eps)
 
 
 def _practice(prior: MotorPrior, config: MotorTrainingConfig, iteration: int) -> Practice:
     seed, rooms = config.seed + 1000 * iteration, config.rooms
+    if config.skill == "get_up":
+        return GetUpPractice(config.get_up, seed)
     ground = MotorEnv(prior, config.env, seed)
     if not rooms.num_envs:
         return ground
@@ -273,7 +332,7 @@ def _rollout(ppo: PPO, env: Practice, config: MotorTrainingConfig) -> dict[str, 
             counts["free_failures"] += int((failed & free).sum())
             counts["load_failures"] += int((failed & loaded).sum())
             counts["drops"] += int(env.dropped.sum())
-            counts["placed"] += int((terms["placed"] > 0).sum())
+            counts["placed"] += int((terms["placed"] > 0).sum()) if "placed" in terms else 0
             counts["load_ends"] += int(((failed | timed_out) & loaded).sum())
             for name, value in terms.items():
                 totals[name] = totals.get(name, 0.0) + float(value.mean()) / steps
@@ -299,11 +358,12 @@ def _save(output: Path, training: MotorTraining, iteration: int, samples: int, m
         "samples": samples,
         "minutes": minutes,
         "learning_rate": ppo.learning_rate,
+        "pull_share": training.pull_share,
     }
     temporary = output / "resume.tmp"
     torch.save(state, temporary)
     temporary.replace(output / "resume.pt")
-    export_residual(ppo, prior)
+    export_actor(ppo, training.network)
     provenance = {"samples": str(samples), "seed": str(training.config.seed)}
     save_motor_prior(prior, output / "motor_prior.safetensors", provenance)
 

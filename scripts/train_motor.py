@@ -1,4 +1,4 @@
-"""hv-train-motor: trains the motor prior's residual by PPO; goes on where it was when the folder exists."""
+"""hv-train-motor: trains the motor prior by PPO; goes on where it was when the folder exists."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ def main() -> int:
     parser.add_argument("--init", default="", help="another training's resume.pt, to go on from in small steps")
     parser.add_argument("--rooms", type=int, default=0, help="more environments: rooms in which the teachers work")
     parser.add_argument("--learning-rate", type=float, default=3e-5, help="of the actor, with --init")
+    parser.add_argument(
+        "--get-up", action="store_true", help="train what gets up from the floor; what follows intents stays as shipped"
+    )
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     if not (math.isfinite(args.samples) and args.seed >= 0 and 0 < args.learning_rate < 1):
@@ -29,13 +32,19 @@ def main() -> int:
     if args.samples < 1 or args.num_envs < 1:
         print(f"error: --samples, --num-envs: {args.samples:g}, {args.num_envs}; valid: both >= 1", file=sys.stderr)
         return 2
+    if args.get_up and (args.rooms or args.init):
+        print("error: --get-up: takes neither --rooms nor --init; valid: without them", file=sys.stderr)
+        return 2
+    from hv_teachers.get_up_practice import GetUpConfig
     from hv_teachers.motor_env import MotorEnvConfig
     from hv_teachers.motor_rooms import RoomsConfig
-    from hv_teachers.motor_training import MotorTrainingConfig, fine_tuning, train_motor
+    from hv_teachers.motor_training import MotorTrainingConfig, fine_tuning, getting_up, train_motor
 
     env = MotorEnvConfig(num_envs=args.num_envs)
     rooms = RoomsConfig(num_envs=args.rooms)
     config = MotorTrainingConfig(samples=int(args.samples), seed=args.seed, env=env, rooms=rooms, init=args.init)
+    if args.get_up:
+        config = replace(getting_up(config), get_up=GetUpConfig(num_envs=args.num_envs))
     if args.init:
         if not Path(args.init).is_file():
             print(f"error: --init: {args.init} is not a file; valid: the resume.pt of a training", file=sys.stderr)

@@ -159,7 +159,7 @@ class Following:
     def begin(network: BeliefNetwork, instructions: Sequence[str], config: BeliefConfig) -> Following:
         """Nothing has been seen yet."""
         n = len(instructions)
-        prior = copy.copy(network.prior)  # shares the weights, has a memory of its own
+        prior = network.prior.copied()
         prior.reset()
         blind = torch.full((n,), config.look_every)
         memory, wayfinder, belief = TaskMemory.of(n), Wayfinder(n), Belief(n, config)
@@ -176,20 +176,13 @@ class Following:
             self,
             belief=copy.deepcopy(self.belief),
             memory=self.memory.clone(),
-            prior=self.copied_prior(),
+            prior=self.prior.copied(),
             instructions=list(self.instructions),
             wayfinder=self.wayfinder.copy(),
             refusals=copy.deepcopy(self.refusals),
             rising=copy.deepcopy(self.rising),
             **tensors,
         )
-
-    def copied_prior(self) -> MotorPrior:
-        """The motor prior in its present state; what the copy does leaves this one alone."""
-        prior = copy.copy(self.prior)
-        prior.memory = copy.deepcopy(self.prior.memory)
-        prior._last_residual, prior._fresh = copy.deepcopy((self.prior._last_residual, self.prior._fresh))
-        return prior
 
     def hear(self, instructions: Sequence[str]) -> None:
         """Begins anew where the instruction is another one, and there alone."""

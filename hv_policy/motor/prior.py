@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +15,7 @@ from hv_policy.batch_invariant import BatchInvariantLinear
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.balance import BalanceConfig, arm_torques, estimate_load, leg_torques
 from hv_policy.motor.gait import GaitConfig
+from hv_policy.motor.get_up import GettingUp, GetUpNetwork
 from hv_policy.motor.proprioception import PROPRIOCEPTION_DIM, BodyState, read_proprioception
 from hv_policy.motor.reference import Reference, ReferenceState, advance_reference, start_reference
 from hv_policy.motor.symmetry import JOINTS, POLAR, Reflection
@@ -52,6 +54,8 @@ class MotorPriorConfig:
     arm_residual_rad: float = 0.05
     """How far one unit of the network's output moves a servo target. The arms are left to their inverse kinematics:
     with .3 rad on every joint the hands lost their millimetres and the boxes with them."""
+    get_up_hidden: tuple[int, ...] = ()
+    """Widths of the network that gets up from the floor (`hv_policy.motor.get_up`); none: it stays there."""
     gait: GaitConfig = field(default_factory=GaitConfig)
     balance: BalanceConfig = field(default_factory=BalanceConfig)
 
@@ -100,23 +104,44 @@ class MotorPrior(nn.Module):
         self.residual = ResidualNetwork(self.config.hidden)
         trunk, arm, leg = self.config.trunk_residual_rad, self.config.arm_residual_rad, self.config.leg_residual_rad
         self._residual_scale = torch.tensor([trunk] * 3 + [0.0] * 3 + [arm] * 8 + [leg] * 14)
+        self.get_up = GetUpNetwork(self.config.get_up_hidden) if self.config.get_up_hidden else None
+        self.getting_up = None if self.get_up is None else GettingUp(self.get_up)
         self.memory: ReferenceState | None = None
         self._last_residual: Tensor | None = None
         self._fresh: Tensor | None = None
 
     def reset(self, ids: Tensor | None = None) -> None:
         """Forgets the reference of robots `ids` (default: all, and with them the batch size)."""
+        if self.getting_up is not None:
+            self.getting_up.reset(ids)
         if ids is None or self._fresh is None:
             self.memory = self._last_residual = self._fresh = None
         else:
             self._fresh[ids] = True
 
+    def copied(self) -> MotorPrior:
+        """One in this one's state, with the same weights; what it does leaves this one alone."""
+        other = copy.copy(self)
+        other.memory = copy.deepcopy(self.memory)
+        other._last_residual, other._fresh = copy.deepcopy((self._last_residual, self._fresh))
+        other.getting_up = None if self.getting_up is None else self.getting_up.copy()
+        return other
+
     @torch.no_grad()
     def forward(self, proprioception: Tensor, intent: Tensor) -> Tensor:
-        """(N, 223), (N, 14) -> (N, 28) servo targets in rad, on the device of the intent."""
+        """(N, 223), (N, 14) -> (N, 28) servo targets in rad, on the device of the intent.
+
+        Whoever lies gets up first, whatever the intent is.
+        """
         step = self.advance(proprioception, intent)
         residual = self.residual(step.features.to(self.residual.mean.device))
-        return self.apply_residual(step, residual.cpu()).to(intent.device)
+        targets = self.apply_residual(step, residual.cpu())
+        if self.getting_up is not None:
+            rows, rising = self.getting_up(proprioception.cpu())
+            targets[rows] = rising
+            assert self._fresh is not None
+            self._fresh[rows] = True  # the reference begins from where it will stand
+        return targets.to(intent.device)
 
     @torch.no_grad()
     def advance(self, proprioception: Tensor, intent: Tensor) -> MotorStep:
@@ -218,6 +243,7 @@ def _configured(values: dict[str, Any]) -> MotorPriorConfig:
         leg_residual_rad=values["leg_residual_rad"],
         trunk_residual_rad=values["trunk_residual_rad"],
         arm_residual_rad=values["arm_residual_rad"],
+        get_up_hidden=tuple(values.get("get_up_hidden", ())),  # younger than the first files
         gait=GaitConfig(**{**values["gait"], "max_acceleration": tuple(values["gait"]["max_acceleration"])}),
         balance=BalanceConfig(**values["balance"]),
     )

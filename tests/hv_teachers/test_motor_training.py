@@ -14,7 +14,7 @@ from hv_teachers.motor_training import (
     MotorTrainingConfig,
     _observations,
     build_ppo,
-    export_residual,
+    export_actor,
     fine_tuning,
     train_motor,
 )
@@ -109,7 +109,7 @@ def test_the_export_is_the_actors_mean(config):
     observations = _observations(env)
     ppo.actor.update_normalization(observations)
     torch.nn.init.normal_(ppo.actor.mlp[-1].weight)
-    export_residual(ppo, prior)
+    export_actor(ppo, prior.residual)
     ppo.actor.eval()
     torch.testing.assert_close(prior.residual(env.features), ppo.actor(observations), atol=1e-4, rtol=1e-4)
 
