@@ -13,7 +13,15 @@ import torch
 from torch import Tensor
 
 from hv_policy.motor import embodiment as body
-from hv_policy.motor.get_up import STANDING, STANDS_STEPS, is_on_left_side, seen_lying, stands, targets_of
+from hv_policy.motor.get_up import (
+    STANDING,
+    STANDS_HEIGHT_M,
+    STANDS_STEPS,
+    STANDS_UPRIGHT,
+    is_on_left_side,
+    seen_lying,
+    targets_of,
+)
 from hv_policy.motor.proprioception import BodyState, read_proprioception
 from hv_policy.motor.symmetry import JOINTS
 from hv_sim.humanoid import standing_qpos
@@ -26,7 +34,6 @@ SETTLE_STEPS, NEW_POSE_STEPS = 60, 20
 LOWEST_START_M = 0.6
 """Robots whose pelvis is lower than that after they were dropped lie."""
 FREE_EVERY = 4
-STILL_RAD_S = 1.0
 HEAD_M, PELVIS_M = 1.25, 0.84
 """Heights of who stands."""
 
@@ -128,8 +135,7 @@ class GetUpPractice:
         seen = read_proprioception(proprioception(state, Heading.of(state)))
         terms = get_up_rewards(seen, state.joint_pos, state.joint_vel, answer - before, self.config.rewards)
         reward = torch.nan_to_num(torch.stack(list(terms.values())).sum(0))
-        still = stands(seen) & (state.joint_vel.abs().mean(1) < STILL_RAD_S)
-        self.stood = torch.where(still, self.stood + 1, 0)
+        self.stood = torch.where(is_up(seen), self.stood + 1, 0)
         up = self.stood >= STANDS_STEPS
         failed = ~torch.isfinite(seen.pos[:, 0, 2])
         timed_out = ((self.episode_step >= self.max_steps) | up) & ~failed
@@ -170,6 +176,12 @@ class GetUpPractice:
         self.features = torch.nan_to_num(seen_lying(seen, self.last, self._mirrored)).clamp(-20, 20)
         weight = body.TOTAL_MASS_KG * GRAVITY_M_S2
         self.critic_extra = torch.stack([self.pull_n / weight, self.episode_step / self.max_steps], -1)
+
+
+def is_up(seen: BodyState) -> Tensor:
+    """(N,) bool: high and upright; not at rest, as nobody is who tries things out."""
+    upright = seen.rot[:, body.PELVIS, 2, 2]
+    return (seen.pos[:, body.PELVIS, 2] > STANDS_HEIGHT_M) & (upright > STANDS_UPRIGHT)
 
 
 def get_up_rewards(

@@ -22,10 +22,12 @@ from tqdm import tqdm
 
 from hv_policy.motor.get_up import GetUpNetwork
 from hv_policy.motor.prior import (
+    SHIPPED_MOTOR_PRIOR,
     MotorPrior,
     MotorPriorConfig,
     ResidualNetwork,
     load_shipped_motor_prior,
+    motor_prior_notes,
     save_motor_prior,
 )
 from hv_teachers.curriculum import practice_tasks, share_of_tasks
@@ -91,7 +93,7 @@ def getting_up(config: MotorTrainingConfig) -> MotorTrainingConfig:
     """The same for getting up: more noise, as nothing but a network stands between it and the servos."""
     return replace(
         config, skill="get_up", noise=0.35, noise_range=(0.08, 0.6), desired_kl=0.03, epochs=3, gamma=0.97,
-        steps_per_iteration=24, reward_scale=0.1, prior=replace(config.prior, get_up_hidden=(256, 256)),
+        steps_per_iteration=24, reward_scale=0.1,
     )  # fmt: skip
 
 
@@ -187,8 +189,12 @@ class MotorTraining:
         self.config = config
         torch.set_num_threads(1)  # small operations: more threads only wait for each other
         self.prior = MotorPrior(config.prior)
-        if config.skill == "get_up":  # what follows intents stays what it is
-            self.prior.residual = load_shipped_motor_prior().residual
+        shipped = load_shipped_motor_prior()  # what is not learned stays what it is
+        if config.skill == "get_up":
+            self.prior.residual = shipped.residual
+        elif self.prior.get_up is not None and config.prior.get_up_hidden == shipped.config.get_up_hidden:
+            assert shipped.get_up is not None
+            self.prior.get_up.load_state_dict(shipped.get_up.state_dict())
         self.env = _practice(self.prior, config, iteration)
         self.ppo = build_ppo(_observations(self.env), self.env.num_envs, config)
         self.ppo.train_mode()
@@ -364,8 +370,9 @@ def _save(output: Path, training: MotorTraining, iteration: int, samples: int, m
     torch.save(state, temporary)
     temporary.replace(output / "resume.pt")
     export_actor(ppo, training.network)
-    provenance = {"samples": str(samples), "seed": str(training.config.seed)}
-    save_motor_prior(prior, output / "motor_prior.safetensors", provenance)
+    which = "" if training.config.skill == "follow" else "get_up_"
+    about = {f"{which}samples": str(samples), f"{which}seed": str(training.config.seed)}
+    save_motor_prior(prior, output / "motor_prior.safetensors", motor_prior_notes(SHIPPED_MOTOR_PRIOR) | about)
 
 
 class _Curve:

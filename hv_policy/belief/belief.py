@@ -141,6 +141,10 @@ class Belief:
         if place != GOAL:
             self.outline_weight[ids] = 0.0
 
+    def turn_unknown(self, ids: Tensor) -> None:
+        """Environments `ids` (n,) no longer know which way the walls run in the frame of `pose`."""
+        self.compass[ids], self.compass_looks[ids] = 0.0, 0.0
+
     def doubt(self, ids: Tensor, deviation_m: float) -> None:
         """In environments `ids` (n,) the object was lost: it may be so far away from where it was."""
         rows = self.variance[ids]

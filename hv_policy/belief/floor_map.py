@@ -61,6 +61,10 @@ class FloorMap:
         _add_evidence(self.evidence[env].numpy(), *as_arrays(pose, points_h, logits))
         self.looks[env] += 1
 
+    def forget(self, env: int) -> None:
+        """Nothing is known of environment `env`'s floor."""
+        self.evidence[env] = 0.0
+
     def stand(self, env: int, xy: Tensor) -> None:
         """Environment `env`'s robot is at `xy` (2,): nothing else is."""
         here = (cells_of(xy[None]) + _STANDING).clamp(0, CELLS - 1)

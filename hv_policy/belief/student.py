@@ -105,8 +105,8 @@ class BeliefNetwork(nn.Module):
         device = state.device
         taken, floor_known = (None, None) if floor is None else (x.to(device) for x in floor)
         truth = Truth(known["places"], known["object"][:, 3:9], known["half_extents"], taken, floor_known)
+        things = None if landmarks is None else read_things(self.perception, state, landmarks)
         with in_half(device.type) if self.training else contextlib.nullcontext():
-            things = None if landmarks is None else read_things(self.perception, state, landmarks)
             loss, figures = perception_loss(self.perception, pictures, state, words, is_word, truth, things)
         return loss, {name: value.item() for name, value in figures.items()}
 
@@ -152,6 +152,8 @@ class Following:
     """What has turned out not to be meant."""
     rising: Rising
     """Stands up before it walks, having given up reaching or holding."""
+    lay: Tensor
+    """(N,) bool: it lay on the floor, or was getting up, before the last step."""
     felt: Tensor | None = None
     """(N, 223) the last proprioception."""
 
@@ -165,7 +167,7 @@ class Following:
         memory, wayfinder, belief = TaskMemory.of(n), Wayfinder(n), Belief(n, config)
         no, zero, none = torch.zeros(n, dtype=torch.bool), torch.zeros(n), torch.zeros(n, dtype=torch.long)
         search = no, zero.clone(), zero.clone(), zero.clone(), torch.zeros(n, 2)
-        last = none, zero.clone(), Refusals(n), Rising(n)
+        last = none, zero.clone(), Refusals(n), Rising(n), no.clone()
         return Following(belief, memory, prior, list(instructions), blind, wayfinder, *search, *last)
 
     def copy(self) -> Following:
@@ -188,18 +190,35 @@ class Following:
         """Begins anew where the instruction is another one, and there alone."""
         changed = [i for i, (new, old) in enumerate(zip(instructions, self.instructions, strict=True)) if new != old]
         if changed:
-            ids = torch.tensor(changed)
-            self.belief.forget(ids)
-            self.memory.reset(ids)
-            self.blind_steps[ids] = self.belief.config.look_every
-            self.searching[ids] = False
-            self.searched_rad[ids] = self.rounds[ids] = self.exploring_s[ids] = 0.0
-            self.rising.reset(ids)
-            self.slips[ids], self.hesitates_s[ids] = 0, 0.0
-            for env in changed:
-                self.wayfinder.forget(env)
-                self.refusals.forget(env)
+            self._begin_anew(torch.tensor(changed))
             self.instructions = list(instructions)
+
+    def _begin_anew(self, ids: Tensor) -> None:
+        """Environments `ids` (n,) begin what they are told, as if they had not been told it before."""
+        self.belief.forget(ids)
+        self.memory.reset(ids)
+        self.blind_steps[ids] = self.belief.config.look_every
+        self.searching[ids] = False
+        self.searched_rad[ids] = self.rounds[ids] = self.exploring_s[ids] = 0.0
+        self.rising.reset(ids)
+        self.slips[ids], self.hesitates_s[ids] = 0, 0.0
+        for env in ids.tolist():
+            self.wayfinder.forget(env)
+            self.refusals.forget(env)
+
+    def _lose_bearings(self) -> None:
+        """Who has just got up from the floor does not know where it is, nor which way it looks: the odometry knows
+        steps, not falls."""
+        getting_up = self.prior.getting_up
+        if getting_up is None or len(getting_up.active) != len(self.lay):
+            return
+        stood_up = (self.lay & ~getting_up.active).nonzero()[:, 0]
+        self.lay = getting_up.active.clone()
+        if len(stood_up):
+            self._begin_anew(stood_up)
+            self.belief.turn_unknown(stood_up)
+            for env in stood_up.tolist():
+                self.wayfinder.floor.forget(env)
 
     @property
     def looks(self) -> Tensor:
@@ -220,11 +239,12 @@ class Following:
             words, is_word: (N, L, dim) and (N, L) bool, from `Perception.text`.
         """
         body = read_proprioception(state)
+        looks = self.looks  # whose pictures these are
+        self._lose_bearings()
         phase = self.memory.phase
         turn_rad = torch.zeros(len(state)) if self.felt is None else _at_its_place(network.odometry, self.felt, state)
         self.felt = state
         self.belief.move(body, turn_rad, (phase >= Phase.LIFT) & (phase <= Phase.LOWER))
-        looks = self.looks
         if len(looks):
             self._look(network.perception, looks, pictures, state[looks], body, words[looks], is_word[looks])
         self.blind_steps += 1

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from safetensors import safe_open
 from torch import Tensor, nn
 
 from hv_policy.batch_invariant import BatchInvariantLinear
@@ -54,7 +55,7 @@ class MotorPriorConfig:
     arm_residual_rad: float = 0.05
     """How far one unit of the network's output moves a servo target. The arms are left to their inverse kinematics:
     with .3 rad on every joint the hands lost their millimetres and the boxes with them."""
-    get_up_hidden: tuple[int, ...] = ()
+    get_up_hidden: tuple[int, ...] = (256, 256)
     """Widths of the network that gets up from the floor (`hv_policy.motor.get_up`); none: it stays there."""
     gait: GaitConfig = field(default_factory=GaitConfig)
     balance: BalanceConfig = field(default_factory=BalanceConfig)
@@ -218,6 +219,13 @@ _KIND = "hv_motor_prior/1"
 def save_motor_prior(prior: MotorPrior, path: Path, metadata: dict[str, str] | None = None) -> None:
     """Weights and configuration as one safetensors file, written whole or not at all."""
     save_network(prior, prior.config, path, _KIND, metadata)
+
+
+def motor_prior_notes(path: Path) -> dict[str, str]:
+    """How the networks in a file were trained, as `save_motor_prior` was told to write it down."""
+    with safe_open(str(path), framework="pt") as file:
+        notes = file.metadata()
+    return {name: value for name, value in notes.items() if name not in ("format", "config")}
 
 
 SHIPPED_MOTOR_PRIOR = Path(__file__).resolve().parents[1] / "weights" / "motor_prior.safetensors"

@@ -6,12 +6,19 @@ import numpy as np
 import pytest
 import torch
 
-from hv_policy.motor.get_up import STANDING
-from hv_policy.motor.prior import MotorPriorConfig, load_motor_prior, load_shipped_motor_prior
+from hv_policy.motor.get_up import STANDING, stands
+from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR, load_motor_prior, load_shipped_motor_prior, motor_prior_notes
 from hv_policy.motor.proprioception import read_proprioception
 from hv_sim.humanoid import standing_qpos
 from hv_sim.observations import Heading, proprioception
-from hv_teachers.get_up_practice import GetUpConfig, GetUpPractice, GetUpRewards, get_up_rewards, lying_poses
+from hv_teachers.get_up_practice import (
+    GetUpConfig,
+    GetUpPractice,
+    GetUpRewards,
+    get_up_rewards,
+    is_up,
+    lying_poses,
+)
 from hv_teachers.motor_training import MotorTrainingConfig, getting_up, train_motor
 
 SMALL = GetUpConfig(num_envs=8, lying=12, num_threads=1, counted=4)
@@ -81,10 +88,19 @@ def test_the_pull_becomes_less_as_enough_stand_up(practice):
     assert practice.pull_share == pytest.approx(before * SMALL.pull_decay - 0.005)
 
 
+def test_who_is_up_need_not_be_at_rest(practice):
+    pose = standing_qpos((0.0, 0.0), 0.0)
+    pose[2] += 0.01
+    practice.physics.reset(np.arange(8), [pose] * 8, [np.full(34, 0.5)] * 8)
+    state = practice.physics.state()
+    seen = read_proprioception(proprioception(state, Heading.of(state)))
+    assert is_up(seen).all()
+    assert not stands(seen).any()
+
+
 def test_trained_it_goes_on_where_it_was_and_follows_as_before(tmp_path):
     base = MotorTrainingConfig(samples=8 * 3, get_up=SMALL)
     config = getting_up(base)
-    assert config.prior == MotorPriorConfig(get_up_hidden=(256, 256))
     config = replace(config, steps_per_iteration=3)
     train_motor(config, tmp_path)
     weights = train_motor(replace(config, samples=8 * 6), tmp_path)
@@ -94,5 +110,7 @@ def test_trained_it_goes_on_where_it_was_and_follows_as_before(tmp_path):
     prior, shipped = load_motor_prior(weights), load_shipped_motor_prior()
     for name, value in shipped.residual.state_dict().items():
         assert torch.equal(value, prior.residual.state_dict()[name]), name
+    notes = motor_prior_notes(SHIPPED_MOTOR_PRIOR)
+    assert motor_prior_notes(weights) == notes | {"get_up_samples": "48", "get_up_seed": "0"}
     assert float(prior.get_up.layers[-1].weight.detach().abs().max()) > 0
     assert "free_up" in (tmp_path / "curve.csv").read_text().splitlines()[0]

@@ -22,7 +22,7 @@ def main(checkpoint: str, *networks: str) -> None:
     for (place, name), path in zip(PLACES.items(), networks, strict=True):
         own = {place + key: value for key, value in load_file(path).items()}
         form = {key: value.shape for key, value in weights.items() if key.startswith(place)}
-        if form != {key: value.shape for key, value in own.items()}:
+        if any(key not in own or own[key].shape != shape for key, shape in form.items()):
             raise SystemExit(f"error: {path}: is not of the form of the {name} in {file}")
         weights.update(own)
     written = file.with_suffix(".tmp")

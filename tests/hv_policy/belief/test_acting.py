@@ -122,6 +122,30 @@ def test_training_takes_half_precision_and_learns_the_same(states, monkeypatch):
     assert torch.nn.functional.cosine_similarity(*gradients, dim=0) > 0.98
 
 
+def test_who_got_up_begins_anew_and_does_not_know_its_whereabouts(states):
+    policy = make_believer()
+    policy.eval()
+    frames = frames_of(states)
+    roll(policy, frames[:4], [TASKS] * 4)
+    following = policy.student.following
+    lies = torch.tensor([True, False])
+    following.prior.getting_up.active = lies.clone()
+    policy.select_action({**frames[4], "task": TASKS})
+    assert following.lay.tolist() == [True, False]
+    following.belief.compass_looks[:] = 5.0
+    following.wayfinder.floor.evidence[:] = 1.0
+    following.slips[:] = 2
+    following.prior.getting_up.active = torch.zeros(2, dtype=torch.bool)
+    following.blind_steps[:] = 0  # nobody looks in this step
+    policy.select_action({**frames[5], "task": TASKS})
+    assert following.slips.tolist() == [0, 2]
+    assert following.belief.compass_looks[1] >= 5.0
+    assert following.belief.compass_looks[0] < 5.0
+    assert (following.wayfinder.floor.evidence[1] == 1.0).float().mean() > 0.9
+    assert (following.wayfinder.floor.evidence[0] == 1.0).float().mean() < 0.1
+    assert not following.lay.any()
+
+
 def test_loss_is_least_where_the_spread_is_the_error():
     seen = SimpleNamespace(places=torch.full((1, 21), 0.3), log_spread=torch.zeros(1, 21))
     losses = {}

@@ -19,12 +19,19 @@ from hv_policy.motor.get_up import (
     targets_of,
 )
 from hv_policy.motor.intent import neutral_intent
-from hv_policy.motor.prior import MotorPrior, MotorPriorConfig, load_motor_prior, save_motor_prior
+from hv_policy.motor.prior import (
+    MotorPrior,
+    MotorPriorConfig,
+    load_motor_prior,
+    load_shipped_motor_prior,
+    save_motor_prior,
+)
 from hv_policy.motor.proprioception import read_proprioception
 from hv_policy.motor.symmetry import JOINTS, Reflection
 from hv_sim.humanoid import standing_qpos
 from hv_sim.mujoco_physics import MujocoPhysics
 from hv_sim.observations import proprioception
+from hv_teachers.get_up_practice import lying_poses
 from hv_teachers.motor_scenes import compile_ground
 
 
@@ -126,6 +133,29 @@ def test_a_prior_with_it_saves_and_loads_and_one_without_stays_as_it_was(tmp_pat
         targets, again = prior(down, neutral_intent(2)), loaded(down, neutral_intent(2))
     assert torch.equal(targets, again)
     assert loaded.getting_up.active.all()
-    without = MotorPrior(MotorPriorConfig(hidden=(8,)))
+    without = MotorPrior(MotorPriorConfig(hidden=(8,), get_up_hidden=()))
     assert without.getting_up is None
     assert not [name for name in without.state_dict() if name.startswith("get_up")]
+
+
+def test_everybody_gets_up_and_stands():
+    rng = np.random.default_rng(5)
+    poses, speeds = lying_poses(rng, 24, 1)
+    physics = MujocoPhysics([compile_ground(rng, None) for _ in poses], num_threads=1)
+    physics.reset(np.arange(len(poses)), list(poses), list(speeds))
+    prior = load_shipped_motor_prior()
+    for _ in range(300):
+        physics.step(prior(proprioception(physics.state()), neutral_intent(len(poses))))
+    assert stands(read_proprioception(proprioception(physics.state()))).float().mean() > 0.9
+    assert prior.getting_up.active.float().mean() < 0.1
+
+
+def test_what_a_copy_does_leaves_the_other_alone():
+    prior, down = load_shipped_motor_prior(), lying([FACE_DOWN, FACE_UP])
+    for _ in range(LIES_STEPS):
+        prior(down, neutral_intent(2))
+    copied = prior.copied()
+    assert copied.getting_up.active.all()
+    copied.reset()
+    assert prior.getting_up.active.all()
+    assert copied.residual is prior.residual
