@@ -101,7 +101,7 @@ class GettingUp:
         """Robots `ids` (default: all, and with them their number) start anew, standing."""
         if ids is None:
             self.active, self.steps, self.last = self.active[:0], self.steps[:0], self.last[:0]
-        else:
+        elif len(self.active):
             self.active[ids], self.steps[ids], self.last[ids] = False, 0, 0.0
 
     def copy(self) -> GettingUp:

@@ -69,6 +69,7 @@ def test_the_pose_that_answers_are_counted_from_is_that_of_who_stands():
 
 def test_who_lies_is_noticed_after_a_while_and_who_stands_is_let_go():
     getting_up = GettingUp(some_network())
+    getting_up.reset(torch.tensor([2]))  # before it has seen any
     down = lying([FACE_DOWN, FACE_UP, ON_THE_LEFT])
     up = proprioception(play(MotorPrior(), lambda _: neutral_intent(3), 3, 30)[0].state())
     assert stands(read_proprioception(up)).all()
