@@ -14,11 +14,12 @@ from torch import Tensor
 
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.get_up import (
+    MOST,
     STANDING,
-    STANDS_HEIGHT_M,
+    STANDS_FOOT_M,
     STANDS_STEPS,
-    STANDS_UPRIGHT,
     is_on_left_side,
+    is_up,
     seen_lying,
     targets_of,
 )
@@ -123,7 +124,7 @@ class GetUpPractice:
 
     def step(self, residual: Tensor) -> tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]:
         """One control step with the network's answers (N, 28), see `Practice`."""
-        answer = JOINTS.where(self._mirrored, residual.clamp(-3.0, 3.0))
+        answer = JOINTS.where(self._mirrored, residual.clamp(-MOST, MOST))
         before, self.last = self.last, answer
         pulled = self.pull_n.nonzero()[:, 0]
         impulse = np.zeros((len(pulled), 3))
@@ -178,12 +179,6 @@ class GetUpPractice:
         self.critic_extra = torch.stack([self.pull_n / weight, self.episode_step / self.max_steps], -1)
 
 
-def is_up(seen: BodyState) -> Tensor:
-    """(N,) bool: high and upright; not at rest, as nobody is who tries things out."""
-    upright = seen.rot[:, body.PELVIS, 2, 2]
-    return (seen.pos[:, body.PELVIS, 2] > STANDS_HEIGHT_M) & (upright > STANDS_UPRIGHT)
-
-
 def get_up_rewards(
     seen: BodyState, joint_pos: Tensor, joint_vel: Tensor, change: Tensor, weights: GetUpRewards
 ) -> dict[str, Tensor]:
@@ -192,7 +187,7 @@ def get_up_rewards(
     upright = seen.rot[:, body.TORSO, 2, 2]
     feet, soles = seen.pos[:, body.FEET], seen.rot[:, body.FEET][..., 2, 2]
     away = (feet[..., :2].mean(1) - seen.com[:, :2]).norm(dim=-1)
-    flat = (feet[..., 2] < 0.13).float().mean(1) * soles.clamp(min=0).mean(1)
+    flat = (feet[..., 2] < STANDS_FOOT_M).float().mean(1) * soles.clamp(min=0).mean(1)
     under = torch.exp(-8 * away.square()) * flat
     high = (pelvis / PELVIS_M).clamp(0, 1)
     pose = torch.exp(-4 * (joint_pos - STANDING).square().mean(1))

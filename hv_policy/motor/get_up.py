@@ -7,13 +7,11 @@ it lies on one (`hv_policy.motor.symmetry`).
 
 from __future__ import annotations
 
-import itertools
-
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
-from hv_policy.batch_invariant import BatchInvariantLinear
 from hv_policy.motor import embodiment as body
+from hv_policy.motor.normalized_network import NormalizedNetwork
 from hv_policy.motor.proprioception import PROPRIOCEPTION_DIM, BodyState, read_proprioception
 from hv_policy.motor.symmetry import JOINTS, Reflection
 
@@ -34,27 +32,11 @@ STANDS_HEIGHT_M, STANDS_UPRIGHT, STANDS_SPEED_M_S, STANDS_FOOT_M, STANDS_STEPS =
 """Who stands: pelvis and its uprightness above that, speed and feet below, for so many control steps."""
 
 
-class GetUpNetwork(nn.Module):
-    """Normalised (N, GET_UP_DIM) -> (N, 28) rad from `STANDING`. Starts at zero.
-
-    Args:
-        hidden: widths.
-    """
+class GetUpNetwork(NormalizedNetwork):
+    """(N, GET_UP_DIM) -> (N, 28) rad from `STANDING`."""
 
     def __init__(self, hidden: tuple[int, ...]) -> None:
-        super().__init__()
-        self.register_buffer("mean", torch.zeros(GET_UP_DIM))
-        self.register_buffer("std", torch.ones(GET_UP_DIM))
-        layers: list[nn.Module] = []
-        for i, o in itertools.pairwise([GET_UP_DIM, *hidden]):
-            layers += [BatchInvariantLinear(i, o), nn.ELU()]
-        layers.append(BatchInvariantLinear(hidden[-1], 28))
-        self.layers = nn.Sequential(*layers)
-        nn.init.zeros_(self.layers[-1].weight)
-        nn.init.zeros_(self.layers[-1].bias)
-
-    def forward(self, seen: Tensor) -> Tensor:
-        return self.layers((seen - self.mean) / self.std)
+        super().__init__(GET_UP_DIM, hidden)
 
 
 def seen_lying(proprioception: Tensor, last: Tensor, mirrored: Tensor) -> Tensor:
@@ -73,12 +55,16 @@ def targets_of(answer: Tensor) -> Tensor:
     return (STANDING.to(answer) + answer).clamp(low, high)
 
 
+def is_up(state: BodyState) -> Tensor:
+    """(N,) bool: high and upright, at rest or not."""
+    pelvis = state.pos[:, body.PELVIS, 2], state.rot[:, body.PELVIS, 2, 2]
+    return (pelvis[0] > STANDS_HEIGHT_M) & (pelvis[1] > STANDS_UPRIGHT)
+
+
 def stands(state: BodyState) -> Tensor:
     """(N,) bool: upright on both feet, and at rest."""
-    pelvis, feet = state.pos[:, body.PELVIS, 2], state.pos[:, body.FEET, 2]
-    upright, speed = state.rot[:, body.PELVIS, 2, 2], state.lin_vel[:, body.PELVIS].norm(dim=-1)
-    still = (upright > STANDS_UPRIGHT) & (speed < STANDS_SPEED_M_S)
-    return (pelvis > STANDS_HEIGHT_M) & still & (feet < STANDS_FOOT_M).all(1)
+    rests = state.lin_vel[:, body.PELVIS].norm(dim=-1) < STANDS_SPEED_M_S
+    return is_up(state) & rests & (state.pos[:, body.FEET, 2] < STANDS_FOOT_M).all(1)
 
 
 class GettingUp:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import itertools
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,11 @@ import torch
 from safetensors import safe_open
 from torch import Tensor, nn
 
-from hv_policy.batch_invariant import BatchInvariantLinear
 from hv_policy.motor import embodiment as body
 from hv_policy.motor.balance import BalanceConfig, arm_torques, estimate_load, leg_torques
 from hv_policy.motor.gait import GaitConfig
 from hv_policy.motor.get_up import GettingUp, GetUpNetwork
+from hv_policy.motor.normalized_network import NormalizedNetwork
 from hv_policy.motor.proprioception import PROPRIOCEPTION_DIM, BodyState, read_proprioception
 from hv_policy.motor.reference import Reference, ReferenceState, advance_reference, start_reference
 from hv_policy.motor.symmetry import JOINTS, POLAR, Reflection
@@ -61,24 +60,11 @@ class MotorPriorConfig:
     balance: BalanceConfig = field(default_factory=BalanceConfig)
 
 
-class ResidualNetwork(nn.Module):
-    """Normalised features -> 28 residuals in units of the configuration's. Starts at zero."""
+class ResidualNetwork(NormalizedNetwork):
+    """Features (N, FEATURE_DIM) -> 28 residuals in units of the configuration's."""
 
     def __init__(self, hidden: tuple[int, ...]) -> None:
-        super().__init__()
-        self.register_buffer("mean", torch.zeros(FEATURE_DIM))
-        self.register_buffer("std", torch.ones(FEATURE_DIM))
-        sizes = [FEATURE_DIM, *hidden]
-        layers: list[nn.Module] = []
-        for i, o in itertools.pairwise(sizes):
-            layers += [BatchInvariantLinear(i, o), nn.ELU()]
-        layers.append(BatchInvariantLinear(sizes[-1], 28))
-        self.layers = nn.Sequential(*layers)
-        nn.init.zeros_(self.layers[-1].weight)
-        nn.init.zeros_(self.layers[-1].bias)
-
-    def forward(self, features: Tensor) -> Tensor:
-        return self.layers((features - self.mean) / self.std)
+        super().__init__(FEATURE_DIM, hidden)
 
 
 @dataclass

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from hv_policy.motor.get_up import STANDING, stands
+from hv_policy.motor.get_up import STANDING, is_up, stands
 from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR, load_motor_prior, load_shipped_motor_prior, motor_prior_notes
 from hv_policy.motor.proprioception import read_proprioception
 from hv_sim.humanoid import standing_qpos
@@ -16,7 +16,6 @@ from hv_teachers.get_up_practice import (
     GetUpPractice,
     GetUpRewards,
     get_up_rewards,
-    is_up,
     lying_poses,
 )
 from hv_teachers.motor_training import MotorTrainingConfig, getting_up, train_motor
