@@ -110,7 +110,11 @@ class _Trainer:
             self.buffer.restore(own["buffer"])
         self.env = self._make_env()
         if saved is not None:
-            restore_env(self.env, own["env"])
+            try:
+                restore_env(self.env, own["env"])
+            except KeyError as missing:
+                raise ValueError(f"output: {resume} lacks {missing}, it was written by other code; "
+                                 "valid: a new folder, with init= what was learned there") from missing  # fmt: skip
             if saved["ppo"]:
                 self._begin_ppo()
                 assert self.ppo is not None

@@ -26,7 +26,6 @@ _INSTRUCTOR = ("num_finished", "steps_since_instruction", "steps_held")
 _NAVIGATOR = ("progress", "picked_up", "_object_start_w")
 _ROUTE = ("pick_stand_xy_yaw", "place_stand_xy_yaw", "waypoints_to_object", "waypoints_to_goal", "grasp_o")
 _ROUTE_NUMBERS = ("depth_m", "steps_back", "steps_off")
-_GETTING_UP = ("active", "steps", "last")
 _ENV = ("episodes", "start_height", "_height_of")
 
 
@@ -121,12 +120,8 @@ def _save_prior(prior: MotorPrior) -> dict[str, Any]:
         "memory": _tensors(prior.memory),
         "last_residual": prior._last_residual.clone(),
         "fresh": prior._fresh.clone(),
-    } | _save_getting_up(prior)
-
-
-def _save_getting_up(prior: MotorPrior) -> dict[str, Any]:
-    up = prior.getting_up
-    return {} if up is None else {"getting_up": {name: getattr(up, name).clone() for name in _GETTING_UP}}
+        "getting_up": {} if prior.getting_up is None else prior.getting_up.state(),
+    }
 
 
 def _restore_prior(prior: MotorPrior, saved: dict[str, Any]) -> None:
@@ -135,8 +130,7 @@ def _restore_prior(prior: MotorPrior, saved: dict[str, Any]) -> None:
         prior.memory = ReferenceState(**{k: v.clone() for k, v in saved["memory"].items()})
         prior._last_residual, prior._fresh = saved["last_residual"].clone(), saved["fresh"].clone()
         if prior.getting_up is not None:
-            for name in _GETTING_UP:
-                setattr(prior.getting_up, name, saved["getting_up"][name].clone())
+            prior.getting_up.restore(saved["getting_up"])
 
 
 def _restore_planner(planner: ScriptedPlanner, saved: dict[str, Any]) -> None:

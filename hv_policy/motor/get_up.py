@@ -7,6 +7,8 @@ it lies on one (`hv_policy.motor.symmetry`).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import torch
 from torch import Tensor
 
@@ -90,10 +92,18 @@ class GettingUp:
         elif len(self.active):
             self.active[ids], self.steps[ids], self.last[ids] = False, 0, 0.0
 
+    def state(self) -> dict[str, Tensor]:
+        """All that decides how it goes on, for `restore`."""
+        return {"active": self.active.clone(), "steps": self.steps.clone(), "last": self.last.clone()}
+
+    def restore(self, state: Mapping[str, Tensor]) -> None:
+        """Goes on from what `state` gave."""
+        self.active, self.steps, self.last = (state[name].clone() for name in ("active", "steps", "last"))
+
     def copy(self) -> GettingUp:
         """Another one in this one's state, with the same network."""
         other = GettingUp(self.network)
-        other.active, other.steps, other.last = self.active.clone(), self.steps.clone(), self.last.clone()
+        other.restore(self.state())
         return other
 
     def __call__(self, proprioception: Tensor) -> tuple[Tensor, Tensor]:

@@ -178,3 +178,13 @@ def test_another_network_cannot_be_the_beginning(whole, tmp_path):
     with pytest.raises(ValueError, match=r"init: .* is another network; teacher must be"):
         train_teacher(training_config(values, {"tasks": "living_room"}), tmp_path, progress=False)
     assert not any(tmp_path.iterdir())  # nothing was begun
+
+
+def test_what_other_code_wrote_is_refused_in_a_line(tmp_path):
+    prepare(tmp_path)
+    train_teacher(config(**{"ppo.samples": 0}), tmp_path, progress=False)
+    saved = torch.load(tmp_path / "resume.pt", weights_only=True)
+    del saved["env"]["rising"]
+    torch.save(saved, tmp_path / "resume.pt")
+    with pytest.raises(ValueError, match=r"output: .*resume\.pt lacks 'rising', .* valid: a new folder"):
+        train_teacher(config(**{"dagger.samples": 160, "ppo.samples": 0}), tmp_path, progress=False)
