@@ -20,7 +20,7 @@ from hv_sim.task import Task
 from hv_sim.world import RearrangeWorld
 from hv_teachers.dataset_format import ACTION, FLOOR, HEAD_IMAGE, LANDMARKS, STATE
 from hv_teachers.floor_labels import world_floor
-from hv_teachers.glances import BEGINNING_SHARE, VIEWS_PER_PLACE, glance_around, no_action
+from hv_teachers.glances import BEGINNING_SHARE, LYING_SHARE, VIEWS_PER_PLACE, glance_around, no_action
 from hv_teachers.knowledge import Knowledge, no_knowledge
 from hv_teachers.landmark_labels import world_landmarks
 
@@ -79,6 +79,7 @@ def glance_frames(
     image_size_px: int,
     looks: LookRanges,
     beginning_share: float = BEGINNING_SHARE,
+    lying_share: float = LYING_SHARE,
 ) -> Iterator[tuple[RearrangeWorld, list[dict[str, Any]]]]:
     """Of each glance (`hv_teachers.glances`) the world and every environment's frame, ready for
     `LeRobotDataset.add_frame`.
@@ -89,11 +90,12 @@ def glance_frames(
         glances: how many.
         image_size_px: side of the pictures.
         looks: how different every place looks.
-        beginning_share: how often the robot stands where it is told the sub-task.
+        beginning_share, lying_share: see `glance_around`.
     """
     renderer = CameraRenderer(image_size_px, image_size_px)
     try:
-        for number, (world, knowledge) in enumerate(glance_around(tasks, seeds, glances, beginning_share)):
+        glanced = glance_around(tasks, seeds, glances, beginning_share, lying_share)
+        for number, (world, knowledge) in enumerate(glanced):
             arrays, instructions = vector_columns(world, knowledge, *no_action(world)), world.instructions()
             body = read_proprioception(torch.from_numpy(arrays[STATE]))
             if number % VIEWS_PER_PLACE == 0:

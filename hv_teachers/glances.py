@@ -44,8 +44,8 @@ _WORKING_SHARE = 0.5
 """So often it is bent and has its hands somewhere before it."""
 _HEIGHT_M, _PITCH_RAD = (0.5, 0.86), (0.0, 1.2)
 _HANDS_LOW_M, _HANDS_HIGH_M = (0.15, 0.05, 0.2), (0.55, 0.35, 1.2)
-_LYING_SHARE, _LYING_M = 0.15, (0.4, 1.6)
-"""So often the object was dropped: it lies on its side on the floor, so far from the robot."""
+LYING_SHARE, _LYING_M = 0.15, (0.4, 1.6)
+"""So often, of other places, the object was dropped: it lies on its side on the floor, so far from the robot."""
 _CARRYING_SHARE = 0.4
 """So often, but not in the first view from a place, it holds the object before it, which hides much of the room."""
 _CARRIED_HEIGHT_M, _CARRIED_PITCH_RAD = (0.7, 0.84), (0.0, 0.3)
@@ -54,7 +54,11 @@ _CARRIED_AHEAD_M, _CARRIED_AT_M = (0.2, 0.3), (0.8, 1.1)
 
 
 def glance_around(
-    tasks: Sequence[Task], seeds: Sequence[int], glances: int, beginning_share: float = BEGINNING_SHARE
+    tasks: Sequence[Task],
+    seeds: Sequence[int],
+    glances: int,
+    beginning_share: float = BEGINNING_SHARE,
+    lying_share: float = LYING_SHARE,
 ) -> Iterator[tuple[RearrangeWorld, Knowledge]]:
     """Puts the robots of a world somewhere `glances` times, each time yielding the world and what is known there.
 
@@ -67,6 +71,7 @@ def glance_around(
         seeds: likewise; they decide everything.
         glances: how many, a few of them from each place.
         beginning_share: how often the robot stands where it is told the sub-task.
+        lying_share: how often, of the other places, the object was dropped near it.
     """
     world = RearrangeWorld(tasks, num_threads=1)
     world.reset(seeds=seeds)
@@ -76,8 +81,8 @@ def glance_around(
     everyone = list(range(world.num_envs))
     for number in range(glances):
         if number % VIEWS_PER_PLACE == 0:
-            share = number / glances
-            places = [_place(world, env, rngs[env], free[env], share, beginning_share) for env in everyone]
+            shares = number / glances, beginning_share, lying_share
+            places = [_place(world, env, rngs[env], free[env], *shares) for env in everyone]
         first = number % VIEWS_PER_PLACE == 0  # the routes begin where the object stands
         starts = [_turned(place, rng) for place, rng in zip(places, rngs, strict=True)]
         carried = [None if first else _carried(world, env, rngs[env]) for env in everyone]
@@ -90,7 +95,13 @@ def glance_around(
 
 
 def _place(
-    world: RearrangeWorld, env: int, rng: np.random.Generator, free: np.ndarray, share: float, beginning_share: float
+    world: RearrangeWorld,
+    env: int,
+    rng: np.random.Generator,
+    free: np.ndarray,
+    share: float,
+    beginning_share: float,
+    lying_share: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """(nq,) the scene with the robot at a free place, at a sub-task that comes after a `share` of the glances; and
     (2,) the object's or the goal's place, m, world."""
@@ -117,7 +128,7 @@ def _place(
     qpos[:2] = far[rng.integers(len(far))] + rng.uniform(-0.05, 0.05, 2)
     if rng.uniform() < beginning_share:
         return _beginning(scene, qpos, subtask, free, rng)
-    if rng.uniform() < _LYING_SHARE:
+    if rng.uniform() < lying_share:
         around = _around(free, qpos[:2], _LYING_M)
         if len(around):
             row = int(scene.subtask_object[subtask])

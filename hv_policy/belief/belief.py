@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from hv_policy.belief.attitude import STANDS, turned_attitude
 from hv_policy.belief.outline import COMPASS_DIM, OUTLINE_DIM, turned_outline
 from hv_policy.belief.places import GOAL, GROUPS, MIDDLE, OBJECT, PLACES_DIM, SPAN, from_frame, stretch, to_frame
 from hv_policy.motor import embodiment
@@ -72,7 +73,7 @@ class BeliefConfig:
         absent_share: and it is not in the picture as likely as that, then each look makes it less certain:
         absent_growth: its variance by this factor, and
         absent_m: by this deviation, m.
-        outline_looks: most that looks from before count against one more of the object's outline, from 0.7 m.
+        shape_looks: most that looks from before count against one more of the object's shape, from 0.7 m.
         compass_looks: looks that tell where the walls are; after them
         compass_gain: is the share of a look's difference by which the heading is corrected, if edges agree by at least
         compass_agrees: (0..1).
@@ -104,7 +105,7 @@ class BeliefConfig:
     absent_share: float = 0.8
     absent_growth: float = 1.55
     absent_m: float = 0.065
-    outline_looks: float = 3.6
+    shape_looks: float = 3.6
     compass_looks: int = 6
     compass_agrees: float = 0.3
     compass_gain: float = 0.16
@@ -127,8 +128,10 @@ class Belief:
         """(N, 2) which way the walls run, in the same frame."""
         self.compass_looks = torch.zeros(num)
         """(N,) looks that it rests on."""
-        self.outline_weight = torch.zeros(num)
-        """(N,) how much speaks for it."""
+        self.attitude = STANDS.repeat(num, 1)
+        """(N, 3) of the object (`hv_policy.belief.attitude`), in the same frame."""
+        self.shape_weight = torch.zeros(num)
+        """(N,) how much speaks for outline and attitude."""
         self._velocity: Tensor | None = None
         self._hands: Tensor | None = None
 
@@ -139,7 +142,7 @@ class Belief:
         rows[:, _groups_of(place)] = UNKNOWN
         self.variance[ids] = rows
         if place != GOAL:
-            self.outline_weight[ids] = 0.0
+            self.shape_weight[ids], self.attitude[ids] = 0.0, STANDS
 
     def turn_unknown(self, ids: Tensor) -> None:
         """Environments `ids` (n,) no longer know which way the walls run in the frame of `pose`."""
@@ -150,7 +153,7 @@ class Belief:
         rows = self.variance[ids]
         rows[:, _OF_OBJECT] = rows[:, _OF_OBJECT].clamp(min=deviation_m**2)
         self.variance[ids] = rows
-        self.outline_weight[ids] = 0.0
+        self.shape_weight[ids] = 0.0
 
     def disbelieve(self, ids: Tensor, place: slice) -> None:
         """Environments `ids` (n,) looked where `place` (`OBJECT` or `GOAL`) should be, and it was not there."""
@@ -186,14 +189,14 @@ class Belief:
         self.places = self.places.index_copy(0, ids, places + gain[:, _GROUP_OF] * (seen - places))
         self.variance = self.variance.index_copy(0, ids, certain)
 
-    def measure_outline(self, ids: Tensor, outline_h: Tensor, weight: Tensor) -> None:
-        """Takes in what pictures of environments `ids` (n,) say of the object's outline (n, 3), heading frame, with
-        weights (n,): a running mean, in which what was seen long ago counts less and less."""
-        seen = turned_outline(outline_h, self.pose[ids, 2])
-        before = self.outline_weight[ids]
+    def measure_shape(self, ids: Tensor, outline_h: Tensor, attitude_h: Tensor, weight: Tensor) -> None:
+        """Takes in what pictures of environments `ids` (n,) say of the object's outline (n, 3) and attitude (n, 3),
+        heading frame, with weights (n,): a running mean, in which what was seen long ago counts less and less."""
+        yaw, before = self.pose[ids, 2], self.shape_weight[ids]
         share = (weight / (before + weight).clamp(min=1e-6))[:, None]
-        self.outline[ids] = (1 - share) * self.outline[ids] + share * seen
-        self.outline_weight[ids] = (before + weight).clamp(max=self.config.outline_looks)
+        self.outline[ids] = (1 - share) * self.outline[ids] + share * turned_outline(outline_h, yaw)
+        self.attitude[ids] = (1 - share) * self.attitude[ids] + share * turned_attitude(attitude_h, yaw)
+        self.shape_weight[ids] = (before + weight).clamp(max=self.config.shape_looks)
 
     def measure_compass(self, ids: Tensor, compass_h: Tensor) -> None:
         """Takes in which way the walls run in pictures of environments `ids` (n,), (n, 2), heading frame: the first

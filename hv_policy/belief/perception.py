@@ -11,7 +11,9 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
+from hv_policy.belief.attitude import UPRIGHT, attitude_of
 from hv_policy.belief.camera import RAY_DIM, pixel_rays, project, ray_features
+from hv_policy.belief.faces_head import FacesHead
 from hv_policy.belief.floor import FloorHead
 from hv_policy.belief.outline import OUTLINE_DIM, outline_of
 from hv_policy.belief.perception_size import PerceptionSize
@@ -35,7 +37,7 @@ NUM_POINTED = 4
 OBJECT_QUERY, GOAL_QUERY = 0, 1
 """The first two of them."""
 _BLUR, POINTING_WEIGHT = 0.6, 0.15
-OUTLINE_WEIGHT = 0.3
+OUTLINE_WEIGHT, UPRIGHT_WEIGHT = 0.3, 0.3
 _TRUST_UNIT = 10.0
 """What the trust in pointing is counted in, so that it is learned faster than a weight."""
 
@@ -49,6 +51,7 @@ class Measurement:
     pointing: Tensor  # (B, NUM_POINTED, 1 + T) log-probabilities: not in the picture, or in this part of it
     spots: Tensor  # (B, J, 1 + T), the same for spots and things that were named by themselves
     outline: Tensor  # (B, 3) of the object, `hv_policy.belief.outline`
+    upright: Tensor  # (B, 1) of the object, `hv_policy.belief.attitude`
 
 
 @dataclass
@@ -107,6 +110,8 @@ class Perception(nn.Module):
         )
         self.measure = nn.Linear(size.hidden, 2 * PLACES_DIM)
         self.outline = nn.Linear(size.hidden, OUTLINE_DIM)
+        self.upright = nn.Linear(size.hidden, 1)
+        self.faces = FacesHead()
         self.on_floor = nn.Linear(dim, 1)
         self.trust = nn.Parameter(torch.zeros(NUM_POINTED))
         self.floor = FloorHead(dim, size.channels[0], size.dim)
@@ -155,7 +160,8 @@ class Perception(nn.Module):
         places = places.index_add(1, self.points, self._pointed_at(queries, found).flatten(1))
         spread = log_spread.clamp(LEAST_LOG_SPREAD, MOST_LOG_SPREAD)
         pointed, spots_pointed = pointing[:, :NUM_POINTED], pointing[:, own:]
-        return Measurement(places, spread, pointed, spots_pointed, self.outline(impression).float())
+        outline, upright = self.outline(impression).float(), self.upright(impression).float()
+        return Measurement(places, spread, pointed, spots_pointed, outline, upright)
 
     def name(self, sight: Sight, words: Tensor, is_word: Tensor, which: Tensor) -> Tensor:
         """(B, T, 1 + J) logits of what each part of a picture shows: nothing of it, or one of J things.
@@ -197,6 +203,12 @@ def outline_loss(seen: Measurement, rotation_6d: Tensor, half_extents_m: Tensor)
     """(B,) how wrong the object's outline is, against how it is turned (B, 6) and its half extents (B, 3)."""
     truth = outline_of(rotation_6d, half_extents_m)
     return OUTLINE_WEIGHT * F.smooth_l1_loss(seen.outline, truth, reduction="none", beta=0.3).mean(1)
+
+
+def upright_loss(seen: Measurement, rotation_6d: Tensor) -> Tensor:
+    """(B,) how wrong it is whether the object stands, against how it is turned (B, 6)."""
+    truth = attitude_of(rotation_6d)[:, UPRIGHT]
+    return UPRIGHT_WEIGHT * F.smooth_l1_loss(seen.upright[:, 0], truth, reduction="none", beta=0.3)
 
 
 def pointing_loss(seen: Measurement, state: Tensor, places_h: Tensor) -> Tensor:

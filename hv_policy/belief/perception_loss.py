@@ -9,6 +9,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from hv_policy.belief.boxes import first_box_hit
+from hv_policy.belief.faces_head import faces_loss
 from hv_policy.belief.floor import POINTS_A_PICTURE, points_to_learn
 from hv_policy.belief.labels import Landmarks
 from hv_policy.belief.other_tasks import choose_tasks, sentence
@@ -25,6 +26,7 @@ from hv_policy.belief.perception import (
     outline_loss,
     pointing_error,
     pointing_loss,
+    upright_loss,
 )
 from hv_policy.belief.places import GOAL, OBJECT, PICK, unsquash
 from hv_policy.motor.proprioception import read_proprioception
@@ -151,6 +153,9 @@ def perception_loss(
     places = truth.places
     seeing, pointing = measurement_loss(seen, places), pointing_loss(seen, state, places)
     outline = outline_loss(seen, truth.rotation_6d, truth.half_extents_m)
+    upright = upright_loss(seen, truth.rotation_6d)
+    at, where = unsquash(seen.places.detach())[:, OBJECT], places[:, OBJECT]
+    turned = faces_loss(perception.faces, pictures, read_proprioception(state), at, where, truth.rotation_6d)
     free, wrongly = _floor_loss(perception, sight, state, truth)
     labelled = (places != 0).any(1)  # frames without labels hold zeros
     with torch.no_grad():
@@ -159,6 +164,8 @@ def perception_loss(
         figures = {
             "seeing_loss": seeing.mean(),
             "outline_loss": outline.mean(),
+            "upright_loss": upright.mean(),
+            "faces_loss": turned.mean(),
             "floor_loss": free.mean(),
             "floor_wrong": wrongly,
             "pointing_loss": pointing.mean(),
@@ -168,7 +175,7 @@ def perception_loss(
             "goal_error_m": _median(error[:, GOAL][:, :2].norm(dim=1)),
             "stand_error_m": _median(error[:, PICK].norm(dim=1)),
         }
-    loss = (seeing + pointing + outline + naming) * labelled + FLOOR_WEIGHT * free
+    loss = (seeing + pointing + outline + upright + turned + naming) * labelled + FLOOR_WEIGHT * free
     if things is None:
         return loss, figures
     other, more = _other_loss(perception, sight, state, things.other)

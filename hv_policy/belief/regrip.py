@@ -64,8 +64,8 @@ def still_held(body: BodyState, phase: Tensor, from_hands: Tensor) -> tuple[Tens
         from_hands: (N, 2, 3) hands when they began to lift, heading frame.
     """
     share = _apart_m(body.pos[:, HANDS]) / _apart_m(from_hands).clamp(min=1e-3)
-    lifts, carries = phase == Phase.LIFT, (phase == Phase.CARRY) | (phase == Phase.ALIGN_PLACE)
-    return (lifts | carries) & (share < EMPTY_SHARE), carries & (share > HELD_SHARE)
+    holds = (phase >= Phase.LIFT) & (phase <= Phase.ALIGN_PLACE)
+    return holds & (share < EMPTY_SHARE), holds & (share > HELD_SHARE)
 
 
 def _apart_m(hands: Tensor) -> Tensor:

@@ -13,6 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from hv_policy.belief.attitude import STANDS, lies
 from hv_policy.belief.belief import Belief, BeliefConfig
 from hv_policy.belief.camera import project
 from hv_policy.belief.compass import compass
@@ -64,6 +65,9 @@ in the hands hides a part."""
 _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
+LIFTED_S = 4.0
+"""A lift takes half as long. Who has something between the hands after that, and believes that it has not risen, lets
+go."""
 
 
 class BeliefNetwork(nn.Module):
@@ -154,6 +158,8 @@ class Following:
     """Stands up before it walks, having given up reaching or holding."""
     lay: Tensor
     """(N,) bool: it lay on the floor, or was getting up, before the last step."""
+    touched: Tensor
+    """(N,) bool: it has had its hands on the object since the instruction."""
     felt: Tensor | None = None
     """(N, 223) the last proprioception."""
 
@@ -167,8 +173,10 @@ class Following:
         memory, wayfinder, belief = TaskMemory.of(n), Wayfinder(n), Belief(n, config)
         no, zero, none = torch.zeros(n, dtype=torch.bool), torch.zeros(n), torch.zeros(n, dtype=torch.long)
         search = no, zero.clone(), zero.clone(), zero.clone(), torch.zeros(n, 2)
-        last = none, zero.clone(), Refusals(n), Rising(n), no.clone()
-        return Following(belief, memory, prior, list(instructions), blind, wayfinder, *search, *last)
+        told = list(instructions)
+        work = none, zero.clone(), Refusals(n), Rising(n)
+        body = {"lay": no.clone(), "touched": no.clone()}
+        return Following(belief, memory, prior, told, blind, wayfinder, *search, *work, **body)
 
     def copy(self) -> Following:
         """The same, from where another future may begin."""
@@ -191,6 +199,7 @@ class Following:
         changed = [i for i, (new, old) in enumerate(zip(instructions, self.instructions, strict=True)) if new != old]
         if changed:
             self._begin_anew(torch.tensor(changed))
+            self.touched[changed] = False
             self.instructions = list(instructions)
 
     def _begin_anew(self, ids: Tensor) -> None:
@@ -222,8 +231,9 @@ class Following:
 
     @property
     def looks(self) -> Tensor:
-        """(n,) the environments that will look at their picture in the coming step; the others need none."""
-        return (self.blind_steps >= self.belief.config.look_every).nonzero()[:, 0]
+        """(n,) the environments that will look at their picture in the coming step; the others need none. Who lies on
+        the floor does not: having got up it would forget what it saw."""
+        return ((self.blind_steps >= self.belief.config.look_every) & ~self.lay).nonzero()[:, 0]
 
     def act(self, network: BeliefNetwork, pictures: Tensor, state: Tensor, words: Tensor, is_word: Tensor) -> Tensor:
         """(N, 28) servo targets in rad for this control step; for the arguments see `decide`."""
@@ -250,7 +260,7 @@ class Following:
         self.blind_steps += 1
         self.blind_steps[looks] = 1
         places_h, log_spread = self.belief.now()
-        places_h = regripped(places_h, self.slips)
+        places_h = regripped(places_h, self.slips * ~lies(self._attitude))  # what lies is seen to lie
         searches = self._searches(log_spread) & ~self.wayfinder.steps_back
         remembered = self.memory.clone()
         intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
@@ -326,7 +336,10 @@ class Following:
         self._miss(ids, seen, body)
         distance = places[:, OBJECT][:, :2].norm(dim=-1)
         near = self.memory.phase[ids] <= Phase.REACH
-        self.belief.measure_outline(ids, seen.outline, near * in_view[:, 0] / (0.3 + distance) ** 2)
+        weight = near * in_view[:, 0] / (0.3 + distance) ** 2
+        at_h = self.belief.now()[0][ids][:, OBJECT].to(pictures)
+        faces = perception.faces(pictures, body.to(pictures), at_h, torch.zeros_like(at_h[:, 0])).cpu()
+        self.belief.measure_shape(ids, seen.outline, torch.cat([faces, seen.upright], 1), weight)
         self._find_ways(perception, shown, ids, body)
 
     def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:
@@ -336,12 +349,12 @@ class Following:
             points, one = finder.floor.points_to_look_at(env), slice(row, row + 1)
             own = body.rows(one)
             there = points[floor_in_view(own, points[None])[0]]
-            at = BodyState(*(getattr(own, f.name).to(shown.fine) for f in fields(own)))
-            logits = perception.floor(shown.tokens[one], shown.fine[one], at, there[None].to(shown.fine))[0]
+            at = own.to(shown.fine), there[None].to(shown.fine)
+            logits = perception.floor(shown.tokens[one], shown.fine[one], *at)[0]
             finder.floor.see(env, belief.pose[env], there, logits.cpu())
             look_at = self.vantage[env] if self.exploring_s[env] > 0 else None
             phase = int(self.memory.phase[env])
-            shape = belief.outline[env], belief.compass[env]
+            shape = belief.outline[env], self._attitude[env], belief.compass[env]
             known = finder.settle(env, belief.pose[env], belief.places[env], *shape, phase)
             belief.places[env] = known
             finder.go_on(env, belief.pose[env], known, phase, look_at)
@@ -372,6 +385,11 @@ class Following:
             if len(missed):
                 self.belief.disbelieve(missed, place)
 
+    @property
+    def _attitude(self) -> Tensor:
+        """(N, 3) of the objects (`hv_policy.belief.attitude`): what nobody has touched stands, as the walls do."""
+        return torch.where(self.touched[:, None], self.belief.attitude, STANDS)
+
     def _way_now(self, places_h: Tensor) -> Tensor:
         """(N, 8) the way in the present heading frame; where the waypoint is a stand, the one that is believed in."""
         way, phase = self.wayfinder.way.clone(), self.memory.phase
@@ -401,6 +419,7 @@ class Following:
         phase = self._elsewhere(phase)
         before_this = self.memory.phase
         phase, closed = self._felt(body, phase)
+        self.touched = self.touched | (phase >= Phase.SQUEEZE)
         self.rising.begin_where_given_up(before_this, phase)
         stuck = (before_this == Phase.RETREAT) & (phase == Phase.RETREAT)
         stuck &= self.memory.clock_s > self.belief.config.patience_s
@@ -435,6 +454,7 @@ class Following:
         width_m = 2 * self.belief.places[:, SPAN].norm(dim=-1)
         closed = closed_on_little(body, now, phase, width_m) & (self.slips < LEVELS)
         empty, held = still_held(body, now, self.memory.from_hands)
+        held &= (now != Phase.LIFT) | (self.memory.clock_s < LIFTED_S)  # what is too heavy is not tried for ever
         phase = torch.where(held & (phase == Phase.APPROACH), now, phase)
         return torch.where(closed | empty, int(Phase.APPROACH), phase), closed
 

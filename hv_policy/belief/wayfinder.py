@@ -10,8 +10,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from hv_policy.belief.attitude import face_yaw_rad
 from hv_policy.belief.floor_map import FloorMap
-from hv_policy.belief.outline import compass_yaw_rad, half_extent_m
+from hv_policy.belief.outline import half_extent_m
 from hv_policy.belief.places import (
     DEPTH,
     GOAL,
@@ -158,18 +159,28 @@ class Wayfinder:
         row = np.concatenate([waypoint, away, [clearance, is_last, may_back, is_last]])
         self.way[env] = torch.from_numpy(row).float()
 
-    def settle(self, env: int, pose: Tensor, places: Tensor, outline: Tensor, compass: Tensor, phase: int) -> Tensor:
+    def settle(
+        self,
+        env: int,
+        pose: Tensor,
+        places: Tensor,
+        outline: Tensor,
+        attitude: Tensor,
+        compass: Tensor,
+        phase: int,
+    ) -> Tensor:
         """(21,) the places that are believed, in which where to stand and how to hold the object follow from where
         things are and what the map says.
 
         Args:
             env, pose, places, phase: as in `go_on`.
-            outline, compass: (3,) of the object, (2,) of the room, frame of odometry (`hv_policy.belief.outline`).
+            outline, attitude, compass: (3,) and (3,) of the object, (2,) of the room, frame of odometry
+                (`hv_policy.belief.outline`, `hv_policy.belief.attitude`).
         """
         settled = places.clone()
         robot, evidence = pose.double().numpy(), self.floor.evidence[env].numpy()
         if phase <= Phase.REACH:
-            yaws = compass_yaw_rad(compass[None]) + torch.arange(4) * torch.pi / 2
+            yaws = face_yaw_rad(attitude[None], compass[None]) + torch.arange(4) * torch.pi / 2
             sides = outline.expand(4, -1)
             depths, widths = 2 * half_extent_m(sides, yaws), 2 * half_extent_m(sides, yaws + torch.pi / 2)
             hint = float(torch.atan2(*places[PICK_TURN].flip(0)))

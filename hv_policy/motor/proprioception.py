@@ -26,6 +26,10 @@ class BodyState:
         """Of robots `ids` alone."""
         return BodyState(self.pos[ids], self.rot[ids], self.lin_vel[ids], self.ang_vel[ids])
 
+    def to(self, like: Tensor) -> BodyState:
+        """On the device of `like`, with its precision."""
+        return BodyState(*(value.to(like) for value in (self.pos, self.rot, self.lin_vel, self.ang_vel)))
+
     @property
     def com(self) -> Tensor:
         """(N, 3) centre of mass of the robot."""

@@ -47,9 +47,8 @@ def test_in_some_views_the_object_is_between_the_hands():
     assert not any(near for first, near in held if first)
 
 
-def test_sometimes_the_object_lies_on_its_side_on_the_floor(monkeypatch):
-    monkeypatch.setattr("hv_teachers.glances._LYING_SHARE", 1.0)
-    world, _ = next(glance_around(TASKS, [3, 4], VIEWS_PER_PLACE, beginning_share=0.0))
+def test_sometimes_the_object_lies_on_its_side_on_the_floor():
+    world, _ = next(glance_around(TASKS, [3, 4], VIEWS_PER_PLACE, beginning_share=0.0, lying_share=1.0))
     rows, state = torch.arange(2), world.state
     assert (state.object_rot_w[rows, world.object_index, 2, 2].abs() < 1e-5).all(), "its own up is level"
     for env in range(2):

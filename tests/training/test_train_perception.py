@@ -67,7 +67,7 @@ def test_sentences_put_together_are_read_as_whole_ones(trainer):
 
 def test_frames_packed_teach_what_the_dataset_teaches(trainer, tmp_path):
     root, packed = tmp_path / "glances", tmp_path / "new.npz"
-    record_dataset(root, load_suite("seen")[:2], PlannerExpert, RecordingConfig(glances=16), progress=False)
+    record_dataset(root, load_suite("seen")[:2], PlannerExpert, RecordingConfig(glances=32), progress=False)
     subprocess.run([sys.executable, FOLDER / "pack_frames.py", packed, "1", root], check=True, capture_output=True)
     perception = trainer.load_perception(SHIPPED_STUDENT).eval()
     frames = trainer.Frames(trainer.Phrases(perception.text))
@@ -76,12 +76,13 @@ def test_frames_packed_teach_what_the_dataset_teaches(trainer, tmp_path):
     policy = load_student(SHIPPED_STUDENT).eval()
     dataset = LeRobotDataset("local/glances", root=root)
     policy.student._meta = dataset.meta
-    batch = torch.utils.data.default_collate([dataset[i] for i in range(32)])
+    batch = torch.utils.data.default_collate([dataset[i] for i in range(64)])
     with torch.no_grad():
         _, wanted = policy.forward(batch)
-        _, found = frames.loss(perception, torch.arange(32))
+        _, found = frames.loss(perception, torch.arange(64))
     for name in ("seeing_loss", "pointing_loss", "outline_loss"):  # nothing is drawn
         assert float(found[name]) == pytest.approx(wanted[name], abs=0.01, rel=0.05), name
+    assert float(found["near_object_error_m"]) == pytest.approx(wanted["near_object_error_m"], abs=0.015)
     for name in ("object_error_m", "goal_error_m"):  # guesses of what is out of view hang on how pictures are packed
         assert float(found[name]) == pytest.approx(wanted[name], abs=0.05, rel=0.1), name
 
@@ -147,6 +148,33 @@ def test_what_is_learned_in_half_precision_is_what_is_learned_in_full(trainer, p
     assert torch.nn.functional.cosine_similarity(*gradients, dim=0) > 0.98
 
 
+def test_weights_may_go_part_of_the_way(trainer, tmp_path):
+    perception = trainer.load_perception(SHIPPED_STUDENT)
+    before, wanted = load_file(SHIPPED_STUDENT / "model.safetensors"), {}
+    with torch.no_grad():
+        for parameter in perception.parameters():
+            parameter.add_(0.4)
+    for share in (1.0, 0.25):
+        trainer.save(perception, SHIPPED_STUDENT, tmp_path, share)
+        wanted[share] = load_file(tmp_path / "model.safetensors")
+    for name, value in before.items():
+        gone = [(wanted[share][name].float() - value.float()).mean().item() for share in (1.0, 0.25)]
+        assert gone[1] == pytest.approx(gone[0] / 4, abs=1e-3), name
+    changed = [name for name in before if not torch.equal(wanted[1.0][name], before[name])]
+    assert len(changed) == len(list(perception.parameters()))
+
+
+def test_how_faces_run_is_trained_alone(packed, tmp_path):
+    script, options = FOLDER / "train_faces.py", ["--seconds=2", "--batch=8"]
+    folders = ["--init", SHIPPED_STUDENT, "--frames", packed, "--output", tmp_path]
+    done = subprocess.run([sys.executable, script, *folders, *options], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr[-2000:]
+    before, after = (load_file(folder / "model.safetensors") for folder in (SHIPPED_STUDENT, tmp_path))
+    changed = {name for name in before if not torch.equal(before[name], after[name])}
+    assert changed == {name for name in before if name.startswith("network.perception.faces.")}
+    assert load_student(tmp_path).student is not None
+
+
 @pytest.mark.slow
 def test_two_processes_train_one_network(packed, tmp_path):
     script, options = FOLDER / "train_perception.py", ["--seconds=8", "--batch=8", "--decoders=1", "--report-s=0.1"]
@@ -160,3 +188,20 @@ def test_two_processes_train_one_network(packed, tmp_path):
     assert all(name.startswith("network.perception.") for name in changed)
     assert all(torch.isfinite(after[name]).all() for name in changed)
     assert int((tmp_path / "done").read_text()) % 16 == 0
+
+
+def test_frames_of_what_has_fallen_over_are_packed_apart(tmp_path):
+    root = tmp_path / "glances"
+    record_dataset(root, load_suite("seen")[:2], PlannerExpert, RecordingConfig(glances=24), progress=False)
+    count, held = {}, {}
+    for only in ("fallen", "others"):
+        out = tmp_path / f"{only}.npz"
+        command = [sys.executable, FOLDER / "pack_frames.py", out, "1", root, "--only", only]
+        subprocess.run(command, check=True, capture_output=True)
+        with np.load(out) as opened:
+            held[only], count[only] = opened["rotation"].astype(float), len(opened["sizes"])
+    up = {only: np.cross(six[:, :3], six[:, 3:])[:, 2] for only, six in held.items()}
+    assert (up["fallen"] < 0.6).all()
+    assert (up["others"] >= 0.6).all()
+    assert sum(count.values()) == 48
+    assert count["fallen"] > 0

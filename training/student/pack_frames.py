@@ -1,22 +1,26 @@
 """Frames of recorded shards in one small file, for `train_perception.py`: pictures as WebP, labels in half precision.
 
     python training/student/pack_frames.py OUT.npz STRIDE SHARD...        # shards of hv-record, every STRIDE-th frame
+    python training/student/pack_frames.py OUT.npz STRIDE SHARD... --only fallen      # or others: to be weighted apart
 """
 
 from __future__ import annotations
 
+import argparse
 import io
 import json
-import sys
 import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 from PIL import Image
 
+from hv_policy.belief.attitude import attitude_of, lies
 from hv_policy.belief.floor_patch import read_patches
+from hv_policy.decision.view import Phase
 
 THINGS, SPOTS = 20, 4
 QUALITY = 80
@@ -76,21 +80,35 @@ class Packer:
 def main() -> None:
     import pyarrow.parquet as pq
 
-    out, stride, shards = Path(sys.argv[1]), int(sys.argv[2]), [Path(s) for s in sys.argv[3:]]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=Path, help="the file")
+    parser.add_argument("stride", type=int, help="frames from one that is taken to the next")
+    parser.add_argument("shards", type=Path, nargs="+", help="of hv-record")
+    parser.add_argument("--only", choices=("fallen", "others"), help="frames whose object has fallen over, or not")
+    args = parser.parse_args()
     packer = Packer()
-    for shard in shards:
+    for shard in args.shards:
         tasks = pq.read_table(shard / "meta" / "tasks.parquet").to_pandas()
         text_of = dict(zip(tasks["task_index"], tasks["task"] if "task" in tasks.columns else tasks.index, strict=True))
         for file in sorted((shard / "data").rglob("*.parquet")):
             table = pq.read_table(file)
-            column = {name: table[name].to_pylist()[::stride] for name in table.column_names}
+            column = {name: table[name].to_pylist()[:: args.stride] for name in table.column_names}
             keep = [i for i, places in enumerate(column["privileged.places"]) if any(places)]
+            if args.only:
+                fallen = _fallen(column["privileged.object"], column["privileged.phase"])
+                keep = [i for i in keep if fallen[i] == (args.only == "fallen")]
             column = {name: [values[i] for i in keep] for name, values in column.items()}
             pictures = [Image.open(io.BytesIO(p["bytes"])).convert("RGB") for p in column["observation.images.head"]]
             episodes = [f"{shard}/{i}" for i in column["episode_index"]]
             packer.add(column, pictures, [text_of[i] for i in column["task_index"]], episodes)
-    packer.save(out)
-    print(out, len(packer), "frames", round(out.stat().st_size / 2**20, 1), "MiB")
+    packer.save(args.out)
+    print(args.out, len(packer), "frames", round(args.out.stat().st_size / 2**20, 1), "MiB")
+
+
+def _fallen(objects: Sequence[Sequence[float]], phases: Sequence[float]) -> list[bool]:
+    """Of each frame, whether its object lies on its side, and nobody holds it."""
+    lying = lies(attitude_of(torch.tensor(objects)[:, 3:9]))
+    return (lying & (torch.tensor(phases).flatten() <= Phase.REACH)).tolist()
 
 
 def _half(values: Sequence[Sequence[float]]) -> np.ndarray:

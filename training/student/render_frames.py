@@ -24,7 +24,7 @@ from hv_sim.suites import read_tasks, select_tasks
 from hv_sim.task import Task
 from hv_teachers.dataset_format import HEAD_IMAGE
 from hv_teachers.frames import glance_frames
-from hv_teachers.glances import BEGINNING_SHARE
+from hv_teachers.glances import BEGINNING_SHARE, LYING_SHARE
 
 
 def render(worker: int, tasks: list[Task], args: argparse.Namespace, end: float) -> None:
@@ -37,7 +37,7 @@ def render(worker: int, tasks: list[Task], args: argparse.Namespace, end: float)
         drawn = [tasks[i] for i in rng.choice(len(tasks), args.rooms, replace=False)]
         seeds = rng.integers(2**31, size=args.rooms).tolist()
         packer, name = Packer(), f"{args.name}{worker:02d}_{number:04d}"
-        for _, rows in glance_frames(drawn, seeds, args.glances, args.image_size, looks, args.beginnings):
+        for _, rows in glance_frames(drawn, seeds, args.glances, args.image_size, looks, args.beginnings, args.lying):
             known = [i for i, row in enumerate(rows) if row["privileged.places"].any()]
             rows = [rows[i] for i in known]
             if not rows:
@@ -62,6 +62,7 @@ def main() -> None:
     parser.add_argument(
         "--beginnings", type=float, default=BEGINNING_SHARE, help="share of them from where a sub-task is told"
     )
+    parser.add_argument("--lying", type=float, default=LYING_SHARE, help="share of the rest in which the object fell")
     parser.add_argument("--image-size", type=int, default=128)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--seed", type=int, default=0)

@@ -319,11 +319,14 @@ def load_perception(folder: Path) -> Perception:
     return perception
 
 
-def save(perception: Perception, init: Path, output: Path) -> None:
-    """The checkpoint `init` with this perception in it, as `output/model.safetensors`."""
+def save(perception: Perception, init: Path, output: Path, learned_share: float = 1.0) -> None:
+    """The checkpoint `init` with this perception in it, or `learned_share` of the way from the one to the other
+    (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models"), as `output/model.safetensors`."""
     weights = load_file(init / "model.safetensors")
     for name, value in perception.state_dict().items():
-        weights[PREFIX + name] = value.detach().to("cpu", weights[PREFIX + name].dtype).contiguous()
+        before = weights[PREFIX + name]
+        learned = value.detach().to("cpu", before.dtype)
+        weights[PREFIX + name] = torch.lerp(before, learned, learned_share).contiguous()
     save_file(weights, output / "draft.tmp", metadata={"format": "pt"})
     (output / "draft.tmp").replace(output / "model.safetensors")
 
@@ -344,6 +347,7 @@ def main() -> None:
     parser.add_argument("--mirror-share", type=float, default=0.35, help="of the pictures")
     parser.add_argument("--word-dropout", type=float, help="share of words shown as unknown; default: the checkpoint's")
     parser.add_argument("--things-every", type=int, default=1, help="one step in so many asks for other things too")
+    parser.add_argument("--learned-share", type=float, default=1.0, help="how far weights go from what they were")
     parser.add_argument("--report-s", type=float, default=10.0)
     parser.add_argument("--decoders", type=int, default=multiprocessing.cpu_count())
     parser.add_argument("--capacity", type=int, default=0, help="frames to make room for at once")
@@ -413,10 +417,10 @@ def main() -> None:
             print(" ".join(f"{name} {value:.4g}" for name, value in row.items()), flush=True)
             sums, counts, reported = {}, {}, time.monotonic()
         if rank == 0 and time.monotonic() - saved > 60:
-            save(perception, args.init, args.output)
+            save(perception, args.init, args.output, args.learned_share)
             saved = time.monotonic()
     if rank == 0:
-        save(perception, args.init, args.output)
+        save(perception, args.init, args.output, args.learned_share)
         (args.output / "done").write_text(f"{step * args.batch * world}\n")
         print("done", step * args.batch * world, flush=True)
     pool.terminate()

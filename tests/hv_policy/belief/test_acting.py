@@ -21,10 +21,11 @@ from hv_policy.belief.perception import GOAL_QUERY, OBJECT_QUERY, measurement_lo
 from hv_policy.belief.perception_loss import perception_loss
 from hv_policy.belief.places import GOAL, OBJECT, PICK, PLACE, to_frame
 from hv_policy.belief.stands import Stand
-from hv_policy.belief.student import BeliefNetwork
+from hv_policy.belief.student import LIFTED_S, BeliefNetwork
 from hv_policy.decision.view import Phase
 from hv_policy.half_precision import is_fast_in_half
 from hv_policy.modeling_hv import HVPolicy
+from hv_policy.motor.embodiment import HANDS
 from hv_policy.motor.proprioception import read_proprioception
 from hv_sim.observations import proprioception
 from hv_sim.suites import load_suite
@@ -132,6 +133,8 @@ def test_who_got_up_begins_anew_and_does_not_know_its_whereabouts(states):
     following.prior.getting_up.active = lies.clone()
     policy.select_action({**frames[4], "task": TASKS})
     assert following.lay.tolist() == [True, False]
+    following.blind_steps[:] = 100
+    assert following.looks.tolist() == [1]
     following.belief.compass_looks[:] = 5.0
     following.wayfinder.floor.evidence[:] = 1.0
     following.slips[:] = 2
@@ -144,6 +147,20 @@ def test_who_got_up_begins_anew_and_does_not_know_its_whereabouts(states):
     assert (following.wayfinder.floor.evidence[1] == 1.0).float().mean() > 0.9
     assert (following.wayfinder.floor.evidence[0] == 1.0).float().mean() < 0.1
     assert not following.lay.any()
+
+
+def test_who_has_something_between_the_hands_goes_on_lifting_but_not_for_ever(states):
+    policy = make_believer()
+    policy.eval()
+    roll(policy, frames_of(states)[:2], [TASKS] * 2)
+    following, body = policy.student.following, read_proprioception(states[2])
+    following.memory.phase = torch.full((2,), int(Phase.LIFT))
+    following.memory.from_hands = body.pos[:, HANDS].clone()
+    following.memory.clock_s = torch.tensor([1.0, LIFTED_S + 0.1])
+    given_up = torch.full((2,), int(Phase.APPROACH))
+    assert following._felt(body, given_up)[0].tolist() == [Phase.LIFT, Phase.APPROACH]
+    following.memory.from_hands = 1.5 * following.memory.from_hands  # they have come together since
+    assert following._felt(body, given_up)[0].tolist() == [Phase.APPROACH] * 2
 
 
 def test_loss_is_least_where_the_spread_is_the_error():

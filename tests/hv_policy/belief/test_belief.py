@@ -2,6 +2,7 @@ import math
 
 import torch
 
+from hv_policy.belief.attitude import STANDS, lies
 from hv_policy.belief.belief import UNKNOWN, Belief, BeliefConfig
 from hv_policy.belief.places import GOAL, GROUPS, OBJECT, PLACES_DIM
 from hv_policy.motor import embodiment
@@ -105,19 +106,34 @@ def test_forgetting_and_doubting_concern_the_environments_named():
 
 
 def test_outline_and_walls_stay_where_they_are_while_the_robot_turns():
-    belief, one = Belief(1, BeliefConfig()), torch.tensor([0])
+    belief, one, stands = Belief(1, BeliefConfig()), torch.tensor([0]), STANDS[None]
     wide_ahead, along_the_walls = torch.tensor([[0.9, 0.0, 0.1]]), torch.tensor([[1.0, 0.0]])
-    belief.measure_outline(one, wide_ahead, torch.ones(1))
+    belief.measure_shape(one, wide_ahead, stands, torch.ones(1))
     belief.measure_compass(one, along_the_walls)
     belief.pose[0, 2] = math.pi / 2
-    belief.measure_outline(one, torch.tensor([[0.1, 0.0, 0.9]]), torch.ones(1))  # the same from another side
+    belief.measure_shape(one, torch.tensor([[0.1, 0.0, 0.9]]), stands, torch.ones(1))  # the same from another side
     torch.testing.assert_close(belief.outline, wide_ahead, atol=1e-5, rtol=0)
     belief.measure_compass(one, along_the_walls)
     torch.testing.assert_close(belief.compass, along_the_walls, atol=1e-5, rtol=0)
     belief.forget(one)
-    assert belief.outline_weight[0] == 0
-    belief.measure_outline(one, wide_ahead, torch.ones(1))  # another thing, at once
+    assert belief.shape_weight[0] == 0
+    belief.measure_shape(one, wide_ahead, stands, torch.ones(1))  # another thing, at once
     torch.testing.assert_close(belief.outline, torch.tensor([[0.1, 0.0, 0.9]]), atol=1e-5, rtol=0)
+
+
+def test_what_fell_over_is_seen_anew_and_what_is_asked_for_next_is_believed_to_stand():
+    belief, both = Belief(2), torch.tensor([0, 1])
+    lying, square = torch.tensor([[0.0, 1.0, 0.1]]).repeat(2, 1), torch.tensor([[0.5, 0.0, 0.5]]).repeat(2, 1)
+    assert not lies(belief.attitude).any()
+    belief.pose[1, 2] = math.pi / 8
+    belief.measure_shape(both, square, STANDS.repeat(2, 1), 5 * torch.ones(2))
+    belief.doubt(both, 0.3)
+    belief.measure_shape(both, square, lying, torch.ones(2))
+    assert lies(belief.attitude).all()
+    expected = torch.tensor([[0.0, 1.0, 0.1], [-1.0, 0.0, 0.1]])  # the second robot is turned by half of 45 degrees
+    torch.testing.assert_close(belief.attitude, expected, atol=1e-5, rtol=0)
+    belief.forget(torch.tensor([0]))
+    assert lies(belief.attitude).tolist() == [False, True]
 
 
 def test_walls_that_seem_to_turn_are_drift_of_odometry():

@@ -90,10 +90,10 @@ def test_whose_hands_come_together_while_they_carry_has_lost_it():
     began[:, 1, 1] = 0.4
     pos[:, HANDS[1], 1] = 0.4 * share
     body = BodyState(pos, torch.eye(3).expand(3, 15, 3, 3), torch.zeros(3, 15, 3), torch.zeros(3, 15, 3))
-    told = {Phase.CARRY: ([True, False, False], [False, False, True]), Phase.LIFT: ([True, False, False], [False] * 3)}
+    holds = (Phase.LIFT, Phase.CARRY, Phase.ALIGN_PLACE)
     for phase in Phase:
         empty, held = still_held(body, torch.full((3,), int(phase)), began)
-        expected = told.get(Phase.CARRY if phase == Phase.ALIGN_PLACE else phase, ([False] * 3, [False] * 3))
+        expected = ([True, False, False], [False, False, True]) if phase in holds else ([False] * 3, [False] * 3)
         assert (empty.tolist(), held.tolist()) == expected
 
 

@@ -2,6 +2,7 @@ import math
 
 import torch
 
+from hv_policy.belief.attitude import STANDS
 from hv_policy.belief.places import (
     DEPTH,
     GOAL,
@@ -105,18 +106,38 @@ def test_stands_follow_from_where_things_are_and_a_side_is_kept_once_it_is_faced
     known[OBJECT], known[GOAL] = torch.tensor([2.0, 0.0, 0.9]), torch.tensor([0.0, 3.0, 0.9])
     known[14:16] = torch.tensor([0.9, 0.1])
     square, compass = torch.tensor([0.45, 0.0, 0.45]), torch.tensor([1.0, 0.0])  # 0.3 m wide, as the walls run
-    settled = finder.settle(0, pose(0, 0.3), known, square, compass, Phase.APPROACH)
+    settled = finder.settle(0, pose(0, 0.3), known, square, STANDS, compass, Phase.APPROACH)
     torch.testing.assert_close(settled[PICK], torch.tensor([1.65, 0.0]), atol=1e-4, rtol=0)
     torch.testing.assert_close(settled[PICK_TURN], torch.tensor([1.0, 0.0]), atol=1e-4, rtol=0)
     torch.testing.assert_close(settled[SPAN], torch.tensor([0.0, 0.15, 0.0]), atol=1e-4, rtol=0)
     torch.testing.assert_close(settled[DEPTH], torch.tensor([0.3]), atol=1e-4, rtol=0)
     assert torch.equal(settled[PLACE], known[PLACE])
-    later = finder.settle(0, pose(2.1, -0.9), known, square, compass, Phase.ALIGN)
+    later = finder.settle(0, pose(2.1, -0.9), known, square, STANDS, compass, Phase.ALIGN)
     torch.testing.assert_close(later[PICK_TURN], torch.tensor([1.0, 0.0]), atol=1e-4, rtol=0)
-    carried = finder.settle(0, pose(0.0, 0.0), settled, square, compass, Phase.CARRY)
+    carried = finder.settle(0, pose(0.0, 0.0), settled, square, STANDS, compass, Phase.CARRY)
     assert abs(float((carried[PLACE] - known[GOAL][:2]).norm()) - 0.35) < 1e-3
     assert carried[PLACE][1] < 3.0
     assert torch.equal(carried[PICK], settled[PICK])
+
+
+def test_what_lies_is_faced_as_it_is_turned():
+    known = places((9.0, 9.0), (9.0, 9.0))
+    known[OBJECT] = torch.tensor([2.0, 0.0, 0.15])
+    compass, c, s = torch.tensor([1.0, 0.0]), math.cos(0.5), math.sin(0.5)
+    known[PICK_TURN] = torch.tensor([c, s])
+    spread, wide = 0.45, 0.45 / 4  # half as wide in one direction as in the other
+    turned = [spread * s * s + wide * c * c, (wide - spread) * c * s, spread * c * c + wide * s * s]
+    faces = [math.cos(4 * 0.5), math.sin(4 * 0.5)]
+    for attitude, yaw in (([*faces, 0.1], 0.5), ([*faces, 1.0], 0.5), ([0.1, 0.1, 0.1], 0.0)):
+        finder = Wayfinder(1)
+        finder.floor.evidence[:] = -4.0
+        shape = torch.tensor(turned), torch.tensor(attitude), compass
+        settled = finder.settle(0, pose(0, 0), known, *shape, Phase.APPROACH)
+        ahead = torch.tensor([math.cos(yaw), math.sin(yaw)])
+        torch.testing.assert_close(settled[PICK_TURN], ahead, atol=1e-3, rtol=0)
+        if yaw:
+            torch.testing.assert_close(settled[SPAN].norm(), torch.tensor(0.15), atol=1e-3, rtol=0)
+            torch.testing.assert_close(settled[DEPTH], torch.tensor([0.15]), atol=1e-3, rtol=0)
 
 
 def test_a_side_that_failed_is_left_until_there_is_something_else_to_do():
@@ -127,7 +148,7 @@ def test_a_side_that_failed_is_left_until_there_is_something_else_to_do():
     square, compass = torch.tensor([0.45, 0.0, 0.45]), torch.tensor([1.0, 0.0])
 
     def faces(phase: Phase) -> list[int]:
-        turn = finder.settle(0, pose(0, 0.3), known, square, compass, phase)[PICK_TURN]
+        turn = finder.settle(0, pose(0, 0.3), known, square, STANDS, compass, phase)[PICK_TURN]
         return turn.round().int().tolist()
 
     assert finder.fail(0) == 0  # it stands nowhere yet
