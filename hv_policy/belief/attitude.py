@@ -14,7 +14,6 @@ from torch import Tensor
 
 from hv_policy.belief.outline import compass_yaw_rad
 
-ATTITUDE_DIM = 3
 FACES, UPRIGHT = slice(0, 2), 2
 """Cosine and sine of four times the yaw of a face, and the vertical part of the thing's own vertical axis: 1 if it
 stands, 0 if it lies on its side."""
