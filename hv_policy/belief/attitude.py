@@ -12,7 +12,8 @@ import math
 import torch
 from torch import Tensor
 
-from hv_policy.belief.outline import compass_yaw_rad
+from hv_policy.belief.outline import axes_of, compass_yaw_rad
+from hv_policy.belief.places import turned
 
 FACES, UPRIGHT = slice(0, 2), 2
 """Cosine and sine of four times the yaw of a face, and the vertical part of the thing's own vertical axis: 1 if it
@@ -28,8 +29,7 @@ walls run otherwise by more than the third."""
 
 def attitude_of(rotation_6d: Tensor) -> Tensor:
     """(N, 3) of rotations (N, 6), the first two columns of the matrix, one after the other."""
-    first, second = rotation_6d[:, :3], rotation_6d[:, 3:]
-    axes = torch.stack([first, second, torch.linalg.cross(first, second)], 1)
+    axes = axes_of(rotation_6d)
     x, y = axes[..., 0], axes[..., 1]
     level = x * x + y * y  # of each axis; its angle counts so much
     c2, s2 = x * x - y * y, 2 * x * y  # level * (cos, sin) of twice the angle
@@ -45,8 +45,7 @@ def turned_attitude(attitude: Tensor, angle_rad: Tensor) -> Tensor:
 
 def turned_faces(faces: Tensor, angle_rad: Tensor) -> Tensor:
     """(N, 2) faces turned by (N,) angles."""
-    c, s = (4 * angle_rad).cos(), (4 * angle_rad).sin()
-    return torch.stack([c * faces[:, 0] - s * faces[:, 1], s * faces[:, 0] + c * faces[:, 1]], 1)
+    return turned(faces, (4 * angle_rad[:, None]).cos(), (4 * angle_rad[:, None]).sin())
 
 
 def lies(attitude: Tensor) -> Tensor:
@@ -60,6 +59,6 @@ def face_yaw_rad(attitude: Tensor, compass: Tensor) -> Tensor:
     faces = attitude[:, FACES]
     sure = faces.norm(dim=1)
     of_thing, of_walls = compass_yaw_rad(faces), compass_yaw_rad(compass)
-    turned = (4 * (of_thing - of_walls)).cos() < math.cos(4 * _TURNED_RAD)
-    own = torch.where(lies(attitude), sure > _SURE_LYING, turned & (sure > _SURE_STANDING))
+    otherwise = (4 * (of_thing - of_walls)).cos() < math.cos(4 * _TURNED_RAD)
+    own = torch.where(lies(attitude), sure > _SURE_LYING, otherwise & (sure > _SURE_STANDING))
     return torch.where(own, of_thing, of_walls)

@@ -21,10 +21,15 @@ def outline_of(rotation_6d: Tensor, half_extents_m: Tensor) -> Tensor:
         rotation_6d: (N, 6) first two columns of the rotation matrix, one after the other.
         half_extents_m: (N, 3).
     """
-    first, second = rotation_6d[:, :3], rotation_6d[:, 3:]
-    level = torch.stack([first, second, torch.linalg.cross(first, second)], 1)[..., :2]
+    level = axes_of(rotation_6d)[..., :2]
     spread = (level[..., :, None] * level[..., None, :] * (half_extents_m**2)[..., None, None]).sum(1) / _SPREAD_UNIT_M2
     return torch.stack([spread[:, 0, 0], spread[:, 0, 1], spread[:, 1, 1]], 1)
+
+
+def axes_of(rotation_6d: Tensor) -> Tensor:
+    """(N, 3, 3) an object's own axes, one in each row, of its rotation (N, 6)."""
+    first, second = rotation_6d[:, :3], rotation_6d[:, 3:]
+    return torch.stack([first, second, torch.linalg.cross(first, second)], 1)
 
 
 def turned_outline(outline: Tensor, angle_rad: Tensor) -> Tensor:

@@ -333,11 +333,12 @@ class Following:
         self.refusals.see(ids, in_view, self.memory.phase[ids])
         spread = self.refusals.applied(ids, self.belief.pose[ids], places, spread)
         self.belief.measure(ids, places, spread * _hidden(self.memory.phase[ids]))
-        self._miss(ids, seen, body)
+        places_h = self.belief.now()[0][ids]
+        self._miss(ids, seen, body, places_h)
         distance = places[:, OBJECT][:, :2].norm(dim=-1)
         near = self.memory.phase[ids] <= Phase.REACH
         weight = near * in_view[:, 0] / (0.3 + distance) ** 2
-        at_h = self.belief.now()[0][ids][:, OBJECT].to(pictures)
+        at_h = places_h[:, OBJECT].to(pictures)
         faces = perception.faces(pictures, body.to(pictures), at_h, torch.zeros_like(at_h[:, 0])).cpu()
         self.belief.measure_shape(ids, seen.outline, torch.cat([faces, seen.upright], 1), weight)
         self._find_ways(perception, shown, ids, body)
@@ -367,13 +368,12 @@ class Following:
             doubtful[:, place] += missing[:, query : query + 1]
         return doubtful
 
-    def _miss(self, ids: Tensor, seen: Measurement, body: BodyState) -> None:
-        """What should be in the pictures of environments `ids`, and is not, is believed less.
+    def _miss(self, ids: Tensor, seen: Measurement, body: BodyState, places_h: Tensor) -> None:
+        """What should be in the pictures of environments `ids`, at places (n, 21), and is not, is believed less.
 
         Without it one wrong sight is believed for ever: a hundred pictures that show nothing say nothing of a place.
         """
         c, phase = self.belief.config, self.memory.phase[ids]
-        places_h = self.belief.now()[0][ids]
         looked_for = (phase <= Phase.REACH, phase == Phase.CARRY)
         at, visible = project(body, torch.stack([places_h[:, OBJECT], places_h[:, GOAL]], 1))
         inside = visible & (at.abs() < 1 - c.absent).all(-1)

@@ -9,18 +9,15 @@ all the rest: a quarter of an hour on a core. In `lerobot-train` and `train_perc
 from __future__ import annotations
 
 import argparse
-import io
-import math
 import shutil
 import time
 from pathlib import Path
 
 import numpy as np
 import torch
-from PIL import Image
-from safetensors.torch import load_file, save_file
 from torch import Tensor
 from tqdm import tqdm
+from train_perception import coded_pictures, decoded, load_perception, save, warmed_cosine
 
 from hv_policy.belief import mirror
 from hv_policy.belief.attitude import attitude_of, lies
@@ -30,7 +27,7 @@ from hv_policy.belief.places import OBJECT
 from hv_policy.half_precision import in_half
 from hv_policy.motor.proprioception import read_proprioception
 
-PREFIX = "network.perception.faces."
+WARMUP_STEPS, LEAST_SHARE = 100, 0.02
 NEAR_M, FAR_SHARE, HEIGHT_M = 0.03, 0.03, 0.04
 """By how much a place is believed wrongly: so far, so much more for each metre of distance, and so much too high."""
 
@@ -46,22 +43,23 @@ def main() -> None:
     parser.add_argument("--lying-share", type=float, default=0.5, help="how often frames of things that lie are drawn")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
+    perception = load_perception(args.init)
     torch.manual_seed(args.seed)
     coded, state, at, rotation = read_frames(sorted(args.frames.glob("*.npz")))
     lying = lies(attitude_of(rotation))
     share = torch.where(lying, args.lying_share / lying.sum(), (1 - args.lying_share) / (~lying).sum())
-    head = FacesHead()
+    head = perception.faces = FacesHead()
     optimizer = torch.optim.AdamW(head.parameters(), lr=args.lr, weight_decay=1e-2)
     args.output.mkdir(parents=True, exist_ok=True)
     start, step, recent = time.monotonic(), 0, 0.0
     with tqdm(total=round(args.seconds), unit="s") as bar, (args.output / "curve_faces.csv").open("w") as curve:
         curve.write("samples,faces_loss\n")
         while (done := (time.monotonic() - start) / args.seconds) < 1:
-            rate = args.lr * min(1.0, (step + 1) / 100) * (0.02 + 0.98 * 0.5 * (1 + math.cos(math.pi * done)))
             for group in optimizer.param_groups:
-                group["lr"] = rate
+                group["lr"] = args.lr * warmed_cosine(step, WARMUP_STEPS, done, LEAST_SHARE)
             rows = torch.multinomial(share, args.batch, replacement=True)
-            pictures = mirror.recoloured(_decoded([coded[i] for i in rows.tolist()]))
+            pictures = torch.from_numpy(decoded([coded[i] for i in rows.tolist()])).permute(0, 3, 1, 2).float() / 255
+            pictures = mirror.recoloured(pictures)
             body = read_proprioception(state[rows])
             with in_half("cpu"):
                 loss = faces_loss(head, pictures, body, _misplaced(at[rows]), at[rows], rotation[rows]).mean()
@@ -75,11 +73,7 @@ def main() -> None:
                 bar.set_postfix(samples=step * args.batch, loss=recent / 200)
                 recent = 0.0
             bar.update(round(done * args.seconds) - bar.n)
-    weights = load_file(args.init / "model.safetensors")
-    weights = {key: value for key, value in weights.items() if not key.startswith(PREFIX)}
-    weights |= {PREFIX + key: value.contiguous() for key, value in head.state_dict().items()}
-    save_file(weights, args.output / "draft.tmp", metadata={"format": "pt"})
-    (args.output / "draft.tmp").replace(args.output / "model.safetensors")
+    save(perception, args.init, args.output)
     shutil.copy(args.init / "config.json", args.output)
 
 
@@ -92,19 +86,13 @@ def read_frames(files: list[Path]) -> tuple[list[bytes], Tensor, Tensor, Tensor]
         with np.load(file) as held:
             state, places = (torch.from_numpy(held[name]).float() for name in ("state", "places"))
             at, rotation = places[:, OBJECT], torch.from_numpy(held["rotation"]).float()
-            ends, raw = np.cumsum(held["sizes"], dtype=np.int64), held["pictures"].tobytes()
+            pictures = coded_pictures(held)
         _, visible = project(read_proprioception(state), at[:, None])
         rows = (visible[:, 0] & (at[:, :2].norm(dim=1) < FARTHEST_M) & places.any(1)).nonzero()[:, 0]
-        coded += [raw[0 if i == 0 else ends[i - 1] : ends[i]] for i in rows.tolist()]
+        coded += [pictures[i] for i in rows.tolist()]
         found.append((state[rows], at[rows], rotation[rows]))
     state, at, rotation = (torch.cat(parts) for parts in zip(*found, strict=True))
     return coded, state, at, rotation
-
-
-def _decoded(coded: list[bytes]) -> Tensor:
-    """(B, 3, S, S), 0..1."""
-    pictures = np.stack([np.asarray(Image.open(io.BytesIO(one)).convert("RGB")) for one in coded])
-    return torch.from_numpy(pictures).permute(0, 3, 1, 2).float() / 255
 
 
 def _misplaced(at_h: Tensor) -> Tensor:

@@ -297,14 +297,20 @@ def read_file(file: Path, pool: multiprocessing.pool.Pool) -> dict[str, np.ndarr
     """What a file of `pack_frames.py` holds, its pictures (N, S, S, 3) decoded."""
     with np.load(file) as opened:
         held = dict(opened)
-    ends = np.cumsum(held.pop("sizes"), dtype=np.int64)
-    raw = held["pictures"].tobytes()
-    coded = [raw[start:end] for start, end in zip([0, *ends[:-1]], ends, strict=True)]
-    held["pictures"] = np.concatenate(pool.map(_decoded, [coded[i : i + 256] for i in range(0, len(coded), 256)]))
+    coded = coded_pictures(held)
+    del held["sizes"]
+    held["pictures"] = np.concatenate(pool.map(decoded, [coded[i : i + 256] for i in range(0, len(coded), 256)]))
     return held
 
 
-def _decoded(coded: list[bytes]) -> np.ndarray:
+def coded_pictures(held: Mapping[str, np.ndarray]) -> list[bytes]:
+    """Those of a file of `pack_frames.py`, each by itself."""
+    ends, raw = np.cumsum(held["sizes"], dtype=np.int64), held["pictures"].tobytes()
+    return [raw[start:end] for start, end in zip([0, *ends[:-1]], ends, strict=True)]
+
+
+def decoded(coded: Sequence[bytes]) -> np.ndarray:
+    """(B, S, S, 3) uint8."""
     return np.stack([np.asarray(Image.open(io.BytesIO(one)).convert("RGB")) for one in coded])
 
 
@@ -390,8 +396,7 @@ def main() -> None:
     while (share := _of_first((time.monotonic() - start) / args.seconds, world)) < 1:
         while not arrived.empty():
             frames.add(*arrived.get())
-        rate = args.lr * min(1.0, (step + 1) / args.warmup)
-        rate *= LEAST_SHARE + (1 - LEAST_SHARE) * 0.5 * (1 + math.cos(math.pi * share))
+        rate = args.lr * warmed_cosine(step, args.warmup, share, LEAST_SHARE)
         for group in optimizer.param_groups:
             group["lr"] = rate
         with in_half(device):
@@ -424,6 +429,11 @@ def main() -> None:
         (args.output / "done").write_text(f"{step * args.batch * world}\n")
         print("done", step * args.batch * world, flush=True)
     pool.terminate()
+
+
+def warmed_cosine(step: int, warmup: int, done: float, least: float) -> float:
+    """Share of the learning rate at a step: up in `warmup` steps, then down to `least` when all is `done` (0..1)."""
+    return min(1.0, (step + 1) / warmup) * (least + (1 - least) * 0.5 * (1 + math.cos(math.pi * done)))
 
 
 def _holder(file: Path, world: int) -> int:

@@ -498,16 +498,16 @@ def test_what_should_be_in_view_and_is_not_is_believed_less(states):
     seen.pointing[0, OBJECT_QUERY, 0] = -0.01  # not there
     seen.pointing[1, OBJECT_QUERY, 0] = -3.0
     before = following.belief.variance.clone()
-    following._miss(ids, seen, read_proprioception(state))
+    following._miss(ids, seen, read_proprioception(state), following.belief.now()[0])
     assert following.belief.variance[0, 0] > before[0, 0] + 0.04**2
     assert following.belief.variance[1, 0] == before[1, 0]
     assert torch.equal(following.belief.variance[:, 2], before[:, 2])  # the goal's
     near = to_frame(torch.tensor([[0.45, 0.0, 0.8] + [0.0] * 18] * 2), pose)[:, OBJECT]
     following.belief.places[:, OBJECT], hidden = near, following.belief.variance.clone()
-    following._miss(ids, seen, read_proprioception(state))  # the arms may be before it
+    following._miss(ids, seen, read_proprioception(state), following.belief.now()[0])  # the arms may be before it
     assert torch.equal(following.belief.variance, hidden)
     following.belief.places[1, :2] = pose[1, :2] + 0.1  # inside the robot
-    following._miss(ids, seen, read_proprioception(state))
+    following._miss(ids, seen, read_proprioception(state), following.belief.now()[0])
     assert following.belief.variance[1, 0] > before[1, 0] + 0.04**2
 
 
