@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import replace
 
 from hv_live.goal_poses import goal_pose
+from hv_policy.rewording import Reworder, load_rewording
 from hv_sim.furniture import FURNITURE_KINDS
 from hv_sim.grounding import ground
 from hv_sim.lexicon import looks
@@ -20,6 +22,10 @@ MAX_SENTENCE = 200
 
 class NotUnderstoodError(ValueError):
     """A sentence that names no one object and no one free place of this room; the message is one line and says why."""
+
+
+class NothingNamedError(NotUnderstoodError):
+    """The words for the object, or for the place, are none that the grammar knows."""
 
 
 def clean_sentence(text: str) -> str:
@@ -39,7 +45,8 @@ def clean_sentence(text: str) -> str:
 
 
 def understand(sentence: str, scene: Scene, layout: Layout) -> SubTask:
-    """The sub-task that a sentence asks for in a room as it now is.
+    """The sub-task that a sentence asks for in a room as it now is, in its own words, or else in those that the student
+    reads (`hv_policy.rewording`): "the dustbin" is the trash bin.
 
     Args:
         sentence: what was said.
@@ -52,11 +59,26 @@ def understand(sentence: str, scene: Scene, layout: Layout) -> SubTask:
     for subtask in scene.task.subtasks:
         if sentence in subtask.phrasings:
             return replace(subtask, instruction=sentence, paraphrases=())
+    try:
+        return _grounded(sentence, scene, layout)
+    except NothingNamedError:
+        known = _reworder().say(sentence)
+        if known == sentence:
+            raise
+        return replace(_grounded(known, scene, layout), instruction=sentence)
+
+
+@functools.cache
+def _reworder() -> Reworder:
+    return Reworder(load_rewording())
+
+
+def _grounded(sentence: str, scene: Scene, layout: Layout) -> SubTask:
     meant = ground(sentence, layout)
     names = [described(layout, name) for name in sorted(meant.objects)]
     if not names:
         everything = _listed([described(layout, o.name) for o in layout.task.objects])
-        raise NotUnderstoodError(f"no object of this room is named; here are {everything}")
+        raise NothingNamedError(f"no object of this room is named; here are {everything}")
     if len(names) > 1:
         raise NotUnderstoodError(f"which one: {_listed(names, 'or')}?")
     [name] = meant.objects
@@ -64,7 +86,7 @@ def understand(sentence: str, scene: Scene, layout: Layout) -> SubTask:
     if not goals:
         tops = [FURNITURE_KINDS[f.kind].noun for f in layout.task.furniture if f.name in layout.surfaces]
         such_as = f", such as on the {tops[0]}" if tops else ""
-        raise NotUnderstoodError(f"no place of this room is named{such_as}")
+        raise NothingNamedError(f"no place of this room is named{such_as}")
     if len({(g.relation, g.landmark) for g in goals}) > 1 and len({g.landmark for g in goals}) > 1:
         where = _listed([g.landmark.replace("_", " ") for g in goals], "or")
         raise NotUnderstoodError(f"which place: {where}?")

@@ -1,6 +1,6 @@
 """What LeRobot hands a policy, as tensors: pictures, proprioception and words."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import torch
@@ -64,10 +64,12 @@ class Reader:
 
     Args:
         encoder: what makes tokens of words.
+        reword: says an instruction in words that the encoder knows; None leaves it as it is.
     """
 
-    def __init__(self, encoder: TextEncoder) -> None:
+    def __init__(self, encoder: TextEncoder, reword: Callable[[str], str] | None = None) -> None:
         self._encoder = encoder
+        self._reword = reword or str
         self._words_of: dict[str, Tensor] = {}  # instruction -> word tokens (L, dim), while acting
         self._recalled: tuple[list[str], Tensor, Tensor] | None = None  # the last ones together
 
@@ -78,17 +80,18 @@ class Reader:
 
     def read(self, instructions: Sequence[str]) -> tuple[Tensor, Tensor]:
         """Word tokens (B, L, dim) and mask (B, L), with gradients; each distinct instruction is read once."""
-        distinct = sorted(set(instructions))
+        said = [self._reword(text) for text in instructions]
+        distinct = sorted(set(said))
         words, is_word = self._encoder(distinct)
         row = {text: i for i, text in enumerate(distinct)}
-        index = torch.tensor([row[text] for text in instructions], device=words.device)
+        index = torch.tensor([row[text] for text in said], device=words.device)
         return words[index], is_word[index]
 
     def recall(self, instructions: Sequence[str]) -> tuple[Tensor, Tensor]:
         """As `read`, but an instruction that was read before is not read again."""
         for text in instructions:
             if text not in self._words_of:
-                self._words_of[text] = self._encoder([text])[0][0]
+                self._words_of[text] = self._encoder([self._reword(text)])[0][0]
         if self._recalled is None or self._recalled[0] != list(instructions):
             lines = [self._words_of[text] for text in instructions]
             words = nn.utils.rnn.pad_sequence(lines, batch_first=True)

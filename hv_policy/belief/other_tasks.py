@@ -13,86 +13,11 @@ import re
 import torch
 from torch import Tensor
 
-SHAPES = (
-    "put {thing} {spot}.",
-    "place {thing} {spot}.",
-    "set {thing} {spot}.",
-    "please put {thing} {spot}.",
-    "could you place {thing} {spot}, please?",
-    "can you put {thing} {spot} for me?",
-    "pick up {thing} and put it {spot}.",
-    "lift {thing} and set it {spot}.",
-    "go and get {thing}, then place it {spot}.",
-    "{thing} goes {spot}.",
-    "{thing} belongs {spot}.",
-    "i want {thing} {spot}.",
-    "i would like {thing} {spot}, please.",
-    "now put {thing} {spot}.",
-    "get {thing} and stand it {spot}.",
-    "would you put {thing} {spot}?",
-    "hey, could you carry {thing} over and put it {spot}?",
-    "your job is to put {thing} {spot}.",
-    "the task: get {thing} to stand {spot}.",
-    "i'd love to see {thing} {spot}.",
-    "i'd like you to pick up {thing} and to place it {spot}, thank you.",
-    "we want {thing} {spot} now.",
-    "try to get {thing} {spot}.",
-    "go ahead and put {thing} {spot}.",
-    "walk to {thing}, pick it up and put it {spot}.",
-    "find {thing} and take it with you; it goes {spot}.",
-    "look for {thing}; it has to stand {spot}.",
-    "see {thing}? i want that {spot}.",
-    "{thing} should stand {spot}.",
-    "{thing} has to go {spot}.",
-    "{thing} must be put {spot}.",
-    "{thing} ought to be {spot}.",
-    "{thing} can be placed {spot}.",
-    "{thing} is to be brought {spot}, please.",
-    "{thing} would look good {spot}.",
-    "{thing} is not where it belongs, put it {spot}.",
-    "{thing} comes first; please place it {spot}.",
-    "{thing} still has to be carried {spot}.",
-    "what about putting {thing} {spot}?",
-    "i am looking for {thing}. put it {spot} when you have it.",
-    "somebody put {thing} here; carry it back, it stands {spot}.",
-    "tidy up {thing} and put it {spot}.",
-    "it is time that {thing} was {spot}.",
-    "be so kind as to place {thing} {spot}.",
-    "i need {thing} {spot}.",
-    "have {thing} placed {spot}.",
-    "bring me {thing}; put it down {spot}.",
-    "move on to {thing}: it goes {spot}.",
-    "ok, take {thing} with both hands and set it {spot}.",
-    "when you are done, put {thing} {spot}.",
-    "{spot} i want {thing}.",
-    "{spot} there is room for {thing}.",
-    "{spot} please put {thing}.",
-    "{spot} is the place of {thing}.",
-    "{spot} is where {thing} belongs.",
-    "i would like to have {spot} {thing}.",
-    "what should be {spot} is {thing}; bring it there.",
-    "somewhere {spot} i would put {thing}.",
-    "{spot} would be a good place for {thing}.",
-    "walk up {spot} with {thing} in your hands and put it down.",
-    "{spot} you can put {thing}.",
-)
-"""A thing and a spot in a sentence; in some the spot comes first."""
-FROM_SHAPES = (
-    "take {thing} from where it is, {other}, and put it {spot}.",
-    "{thing} is {other} now; it has to stand {spot}.",
-    "you see {thing} {other}; i want it {spot}.",
-    "{thing} must not stay {other}, put it {spot}.",
-    "not {other} but {spot} is the place of {thing}.",
-    "put {thing} {spot}, not {other}.",
-    "pick up {thing} that is {other} and place it {spot}.",
-    "somebody has put {thing} {other}, but it belongs {spot}.",
-    "what stands {other} is {thing}; it goes {spot}.",
-    "{spot}, please, not {other}: there i want {thing}.",
-    "it was {other} that {thing} stood, now it stands {spot}.",
-    "walk to {thing} {other} and carry it until it is {spot}.",
-)
-"""The same, and another spot beside it where the thing is, or does not go: which is the goal, the words decide. None of
-all these is a shape of the tasks that are kept as unseen."""
+SHAPES = ("put {thing} {spot}.",)
+FROM_SHAPES = ("take {thing} that is {other} and put it {spot}.",)
+"""The shapes of `hv_policy.rewording`: a thing and a spot; and another spot, where the thing is or may be said to be,
+beside the one that is the goal."""
+FROM_SHARE = 0.2
 ALL_SHAPES = SHAPES + FROM_SHAPES
 SLOTS = ("thing", "spot", "other")
 LARGEST_M = 0.45
@@ -116,8 +41,8 @@ def choose_tasks(
     drawn = torch.rand(spot_exists.shape, device=has_name.device).masked_fill(~spot_exists, -1.0)
     spot = drawn.argmax(1)
     other = drawn.scatter(1, spot[:, None], -2.0).argmax(1)
-    kinds = torch.where(spot_exists.sum(1) > 1, len(ALL_SHAPES), len(SHAPES))
-    shape = (torch.rand(len(has_name), device=has_name.device) * kinds).long()
+    from_another = (torch.rand(len(has_name), device=has_name.device) < FROM_SHARE) & (spot_exists.sum(1) > 1)
+    shape = from_another.long()
     return thing, spot, other, shape, has_name.any(1) & spot_exists.any(1)
 
 

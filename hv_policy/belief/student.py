@@ -54,6 +54,7 @@ from hv_policy.motor.kinematics import Array, as_arrays
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_policy.motor.proprioception import BodyState, read_proprioception
 from hv_policy.motor.vectors import turned_xy
+from hv_policy.rewording import load_rewording
 
 DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
@@ -71,11 +72,11 @@ go."""
 
 
 class BeliefNetwork(nn.Module):
-    """All weights of a student: perception, odometry, decisions (`DECISION`) and motor prior.
+    """All weights of a student: rewording, perception, odometry, decisions (`DECISION`) and motor prior.
 
     Args:
         perception: see `Perception`.
-        from_scratch: take the shipped odometry, decisions and motor prior; else they come with a checkpoint.
+        from_scratch: take the shipped odometry and decisions; else they come with a checkpoint.
     """
 
     def __init__(self, perception: Perception, from_scratch: bool) -> None:
@@ -84,7 +85,8 @@ class BeliefNetwork(nn.Module):
         self.prior: MotorPrior = load_shipped_motor_prior()
         self.decision: DecisionNetwork = load_decision(SHIPPED_DECISION) if from_scratch else DecisionNetwork(DECISION)
         self.odometry: Odometry = load_odometry() if from_scratch else Odometry()
-        for part in (self.decision, self.prior, self.odometry):
+        self.rewording = load_rewording()
+        for part in (self.decision, self.prior, self.odometry, self.rewording):
             part.requires_grad_(False)
 
     def loss(

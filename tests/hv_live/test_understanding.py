@@ -28,6 +28,8 @@ def test_the_tasks_own_sentences_mean_its_own_sub_tasks(room):
         ("could you move the cardboard box to the middle of the room?", "box", Place("room_middle")),
         ("Put the cardboard box to the left of the TV stand.", "box", Place("left_of", "tv_stand")),
         ("put the box on the floor", "box", Place("floor")),
+        ("I'd love to see the toasting machine atop the entryway table.", "toaster", Place("on", "console_table")),
+        ("can the package go to the left of the media console?", "box", Place("left_of", "tv_stand")),
     ],
 )
 def test_other_sentences_get_a_free_place_that_fits(room, sentence, name, place):

@@ -12,9 +12,11 @@ from hv_policy.belief.odometry import SHIPPED_ODOMETRY
 from hv_policy.belief.student import SHIPPED_DECISION
 from hv_policy.motor.prior import SHIPPED_MOTOR_PRIOR
 from hv_policy.network_file import SHIPPED_STUDENT
+from hv_policy.rewording import SHIPPED_REWORDING
 
 SHIPPED = {
     "network.prior.": SHIPPED_MOTOR_PRIOR, "network.odometry.": SHIPPED_ODOMETRY, "network.decision.": SHIPPED_DECISION,
+    "network.rewording.": SHIPPED_REWORDING,
 }  # fmt: skip
 SCRIPT = Path(__file__).parents[2] / "training" / "student" / "set_networks.py"
 
@@ -41,7 +43,7 @@ def test_only_those_networks_change(tmp_path: Path):
 def test_another_network_is_refused(tmp_path: Path):
     shutil.copytree(SHIPPED_STUDENT, tmp_path / "student")
     words, right = SHIPPED_MOTOR_PRIOR.parent / "words.safetensors", list(SHIPPED.values())
-    for place, name in enumerate(("motor prior", "odometry", "decisions")):
+    for place, name in enumerate(("motor prior", "odometry", "decisions", "rewording")):
         before = (tmp_path / "student" / "model.safetensors").read_bytes()
         refused = run(tmp_path / "student", *right[:place], words, *right[place + 1 :])
         assert refused.returncode == 1

@@ -17,6 +17,7 @@ from hv_policy.belief.mirror import mirrored_text
 from hv_policy.belief.other_tasks import ALL_SHAPES, sentence
 from hv_policy.half_precision import in_half
 from hv_policy.network_file import SHIPPED_STUDENT
+from hv_policy.rewording import Lexicon, Reworder, load_rewording
 from hv_sim.suites import load_suite
 from hv_teachers.corrected_student import load_student
 from hv_teachers.expert import PlannerExpert
@@ -54,7 +55,7 @@ def test_sentences_put_together_are_read_as_whole_ones(trainer):
     }
     rows = torch.from_numpy(phrases.add([name for names in filling.values() for name in names])).view(3, 2)
     rows = torch.cat([rows, frames._empty.expand(1, 2)])
-    for k in (0, 4, 8, 9, 55, len(ALL_SHAPES) - 3, len(ALL_SHAPES) - 1):
+    for k in range(len(ALL_SHAPES)):
         told = rows[frames.slots[k]]
         around = frames.shapes[k][:, None].expand(-1, 2)
         joined = torch.cat([torch.stack([around[:-1], told], 1).flatten(0, 1), around[-1:]]).T
@@ -70,7 +71,7 @@ def test_frames_packed_teach_what_the_dataset_teaches(trainer, tmp_path):
     record_dataset(root, load_suite("seen")[:2], PlannerExpert, RecordingConfig(glances=32), progress=False)
     subprocess.run([sys.executable, FOLDER / "pack_frames.py", packed, "1", root], check=True, capture_output=True)
     perception = trainer.load_perception(SHIPPED_STUDENT).eval()
-    frames = trainer.Frames(trainer.Phrases(perception.text))
+    frames = trainer.Frames(trainer.Phrases(perception.text), Reworder(load_rewording()).say)
     with ThreadPool(1) as pool:
         frames.add(packed, trainer.read_file(packed, pool))
     policy = load_student(SHIPPED_STUDENT).eval()
@@ -85,6 +86,24 @@ def test_frames_packed_teach_what_the_dataset_teaches(trainer, tmp_path):
     assert float(found["near_object_error_m"]) == pytest.approx(wanted["near_object_error_m"], abs=0.015)
     for name in ("object_error_m", "goal_error_m"):  # guesses of what is out of view hang on how pictures are packed
         assert float(found[name]) == pytest.approx(wanted[name], abs=0.05, rel=0.1), name
+
+
+def test_strangers_keep_the_color_and_have_an_unknown_name(trainer):
+    lexicon = Lexicon({"bin": "bin", "trash bin": "bin"}, {}, {"red": "red", "dark red": "red"}, {"big": "large"}, ())
+    strangers = trainer.Strangers(lexicon, ["dromedary"])
+    for phrase, wanted in (
+        ("the red trash bin", "the red dromedary"),
+        ("put the big dark red bin on the desk.", "put the big dark red dromedary on the desk."),
+        ("the trash bin that is on the desk", "the dromedary that is on the desk"),
+        ("put the stool just behind the red sofa.", "put the stool just behind the red sofa."),
+    ):
+        assert strangers.of(phrase) == wanted
+    phrases = trainer.Phrases(trainer.load_perception(SHIPPED_STUDENT).text.eval())
+    names = ["the red trash bin", "the armchair"]
+    red, plain = phrases.add(names).tolist()
+    phrases.rename({name: strangers.of(name) for name in names})
+    assert phrases.renamed[plain] == plain
+    assert phrases.renamed[red] == phrases.row["the red dromedary"]
 
 
 def test_rendered_frames_are_those_of_a_recording_and_need_no_lerobot(trainer, tmp_path):
@@ -108,7 +127,7 @@ def test_files_that_arrive_one_after_the_other_are_held_as_one(trainer, tmp_path
     options = ["--workers=1", "--files=3", "--rooms=1", "--glances=2"]
     subprocess.run([*command, *options], check=True, capture_output=True)
     text = trainer.load_perception(SHIPPED_STUDENT).text.eval()
-    grows, is_large = trainer.Frames(trainer.Phrases(text)), trainer.Frames(trainer.Phrases(text), 20)
+    grows, is_large = trainer.Frames(trainer.Phrases(text)), trainer.Frames(trainer.Phrases(text), capacity=20)
     with ThreadPool(1) as pool:
         for file in sorted(tmp_path.glob("*.npz")):
             for frames in (grows, is_large):

@@ -1,7 +1,8 @@
-"""Gives a trained student another motor prior, an odometry that knows its gait, and other decisions: what training a
-student leaves as they are.
+"""Gives a trained student another motor prior, an odometry that knows its gait, other decisions, and another rewording:
+what training a student leaves as they are.
 
-    python training/student/set_networks.py CHECKPOINT hv_policy/weights/{motor_prior,odometry,decision}.safetensors
+    cd hv_policy/weights
+    python ../../training/student/set_networks.py CHECKPOINT {motor_prior,odometry,decision,rewording}.safetensors
 
 Evaluate it anew afterwards: it moves otherwise.
 """
@@ -13,7 +14,12 @@ from pathlib import Path
 
 from safetensors.torch import load_file, save_file
 
-PLACES = {"network.prior.": "motor prior", "network.odometry.": "odometry", "network.decision.": "decisions"}
+PLACES = {
+    "network.prior.": "motor prior",
+    "network.odometry.": "odometry",
+    "network.decision.": "decisions",
+    "network.rewording.": "rewording",
+}
 
 
 def main(checkpoint: str, *networks: str) -> None:

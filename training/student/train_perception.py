@@ -18,8 +18,10 @@ import math
 import multiprocessing
 import os
 import queue
+import re
 import threading
 import time
+import zlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -36,6 +38,7 @@ from hv_policy.belief.perception import Perception
 from hv_policy.belief.perception_loss import NAMELESS, OtherTask, Shown, Things, Truth, perception_loss
 from hv_policy.belief.perception_size import PERCEPTIONS
 from hv_policy.half_precision import in_half
+from hv_policy.rewording import Lexicon, Reworder, load_rewording
 from hv_policy.text_encoder import TextEncoder
 from hv_policy.weight_decay import decay_groups
 from hv_policy.word_features import FEATURE_DIM, MAX_PIECES
@@ -62,6 +65,7 @@ class Phrases:
         self.length = torch.zeros(0, dtype=torch.long, device=self.device)
         self.piece_count = torch.zeros(0, dtype=torch.long, device=self.device)
         self.mirrored = torch.zeros(0, dtype=torch.long, device=self.device)
+        self.renamed = torch.zeros(0, dtype=torch.long, device=self.device)
 
     def add(self, phrases: Sequence[str]) -> np.ndarray:
         """(P,) int64 rows of phrases; those in the mirror are added too."""
@@ -73,7 +77,13 @@ class Phrases:
             self._look_up(self.encoder.words_of(new[start : start + 512]))
         others = [self.row.get(mirror.mirrored_text(text), self.row[text]) for text in new]
         self.mirrored = torch.cat([self.mirrored, torch.tensor(others, dtype=torch.long, device=self.device)])
+        self.renamed = torch.cat([self.renamed, torch.arange(len(self.renamed), len(self.row), device=self.device)])
         return np.array([self.row[phrase] for phrase in phrases], dtype=np.int64)
+
+    def rename(self, others: Mapping[str, str]) -> None:
+        """Phrases, and what may be said in the place of each (`renamed`)."""
+        rows, said = self.add(list(others)), self.add(list(others.values()))
+        self.renamed[torch.from_numpy(rows).to(self.device)] = torch.from_numpy(said).to(self.device)
 
     @torch.no_grad()
     def _look_up(self, lines: list[list[str]]) -> None:
@@ -153,18 +163,53 @@ class Phrases:
         return *self.encoder.read(numbers, buckets.long(), meanings.float()), number
 
 
+class Strangers:
+    """Calls things by a word that fits nothing: of what it has never seen perception is to know the colour, where that
+    is said, and else at least that it is a thing.
+
+    Args:
+        lexicon: known words for colours and things.
+        words: that take the place of a thing's name.
+    """
+
+    def __init__(self, lexicon: Lexicon, words: Sequence[str]) -> None:
+        def any_of(known: Mapping[str, str]) -> str:
+            return "|".join(re.escape(word) for word in sorted(known, key=len, reverse=True))
+
+        adjectives = rf"(?:(?:{any_of(lexicon.sizes)}) )?(?:(?:{any_of(lexicon.colors)}) )?"
+        self._thing = re.compile(rf"\bthe ({adjectives})(?:{any_of(lexicon.things)})\b")
+        self._words = list(words)
+
+    def of(self, phrase: str) -> str:
+        """The phrase with a strange word for the first thing in it, the same one each time."""
+        word = self._words[zlib.crc32(phrase.encode()) % len(self._words)]
+        return self._thing.sub(rf"the \1{word}", phrase, count=1)
+
+
 class Frames:
     """All frames, on the device.
 
     Args:
         phrases: reads their names.
+        reword: says an instruction as the student reads it.
+        strangers: what it is not to know by name.
+        strange_share: how often things are called by such words.
         capacity: frames that there is room for from the start; more make it grow, which takes three times the room
             while it does.
         weights: how often frames are drawn, by the beginning of their file's name; 1 for all others.
     """
 
-    def __init__(self, phrases: Phrases, capacity: int = 0, weights: Mapping[str, float] | None = None) -> None:
+    def __init__(
+        self,
+        phrases: Phrases,
+        reword: Callable[[str], str] = str,
+        strangers: Strangers | None = None,
+        strange_share: float = 0.0,
+        capacity: int = 0,
+        weights: Mapping[str, float] | None = None,
+    ) -> None:
         self._weights = weights or {}
+        self._reword, self._strangers, self._strange_share = reword, strangers, strange_share
         self.phrases, self.device = phrases, phrases.device
         self._capacity, self._count = capacity, 0
         self._room: dict[str, Tensor] = {}
@@ -187,8 +232,11 @@ class Frames:
     def add(self, file: Path, held: dict[str, np.ndarray]) -> None:
         """Those of a file, as `read_file` returns them."""
         phrases, names = self.phrases, held.pop("names").tolist()
-        of_text = phrases.add(held.pop("texts").tolist())
+        told = [self._reword(text) for text in held.pop("texts").tolist()]
+        of_text = phrases.add(told)
         of_name = np.append(phrases.add([name or NAMELESS for name in names]), self.number_of_nothing)
+        if self._strangers is not None:
+            phrases.rename({phrase: self._strangers.of(phrase) for phrase in told + names if phrase})
         named = np.append(np.array([bool(name) for name in names]), False)
         held["task"] = of_text[held["task"]]
         held["has_name"], held["exists"] = named[held["box_name"]], held["box_name"] >= 0
@@ -246,9 +294,12 @@ class Frames:
             row["floor_known"],
         )
 
+        strange = torch.rand(len(rows), device=self.device) < (self._strange_share if trains else 0.0)
+
         def named(rows_of_names: Tensor) -> Tensor:
-            chosen = flip.view(-1, *[1] * (rows_of_names.dim() - 1))
-            return torch.where(chosen, self.phrases.mirrored[rows_of_names], rows_of_names)
+            along = -1, *[1] * (rows_of_names.dim() - 1)
+            said = torch.where(strange.view(along), self.phrases.renamed[rows_of_names], rows_of_names)
+            return torch.where(flip.view(along), self.phrases.mirrored[said], said)
 
         things = self._things(perception, row, state, named) if with_things else None
         words, is_word, number = self.phrases.read(named(row["task"]))
@@ -351,7 +402,10 @@ def main() -> None:
         "--weights", nargs="*", default=[], metavar="NAME=W", help="how often frames of files with such names are drawn"
     )
     parser.add_argument("--mirror-share", type=float, default=0.35, help="of the pictures")
-    parser.add_argument("--word-dropout", type=float, help="share of words shown as unknown; default: the checkpoint's")
+    parser.add_argument("--word-dropout", type=float, help="share of words shown as unknown (the checkpoint's)")
+    parser.add_argument(
+        "--strange-share", type=float, default=0.2, help="how often things have an unknown name"
+    )
     parser.add_argument("--things-every", type=int, default=1, help="one step in so many asks for other things too")
     parser.add_argument("--learned-share", type=float, default=1.0, help="how far weights go from what they were")
     parser.add_argument("--report-s", type=float, default=10.0)
@@ -370,7 +424,10 @@ def main() -> None:
     perception = load_perception(args.init).to(device).train()
     if args.word_dropout is not None:
         perception.text.word_dropout = args.word_dropout
-    frames = Frames(Phrases(perception.text), args.capacity, _weights(args.weights))
+    reworder, features = Reworder(load_rewording(), perception.text.features), perception.text.features
+    strangers = Strangers(reworder.lexicon, [piece for piece in features.pieces if piece.isalpha() and len(piece) > 3])
+    phrases = Phrases(perception.text)
+    frames = Frames(phrases, reworder.say, strangers, args.strange_share, args.capacity, _weights(args.weights))
     args.output.mkdir(parents=True, exist_ok=True)
     arrived: queue.Queue[tuple[Path, dict[str, np.ndarray]]] = queue.Queue()
 
