@@ -97,7 +97,7 @@ class Lexicon:
 
 class Rewording(nn.Module):
     """Marks words: features (S, W, FEATURE_DIM), numbers of frequent words (S, W) and (S, W) bool what is a word ->
-    logits of `TAGS` (S, W, 11) and of `RELATIONS` (S, W, 14).
+    logits of `TAGS` (S, W, 12) and of `RELATIONS` (S, W, 14).
 
     Args:
         config: sizes.
@@ -187,6 +187,7 @@ class Reworder:
         device = self.network.position.device
         features = self.features.of(words)[None].float().to(device)
         numbers = torch.tensor([self.network.number(words)], device=device)
+        self.network.eval()  # also while the student trains
         tags, relations = self.network(features, numbers, torch.ones_like(numbers, dtype=torch.bool))
         certain, best = tags[0].softmax(-1).cpu().max(-1)
         marked = Marked(words, [TAGS[i] for i in best.tolist()], certain, relations[0].log_softmax(-1).cpu())
@@ -227,14 +228,16 @@ class Reworder:
         return " ".join(part for part in (size, color, known) if part)
 
     def _place(self, marked: Marked, theme: str, certain: float) -> str:
-        """A place in known words; "" where there is none, or it is less `certain` that it is one."""
+        """A place in known words; "" where there is none, or it is less `certain` what it is."""
         said = [i for i, tag in enumerate(marked.tags) if tag == f"{theme}_relation"]
         if not said or float(marked.certain[said].mean()) < certain:
             return ""
-        landmark = self._phrase(marked, theme)
-        fits = torch.tensor([("{}" in RELATIONS[name]) == bool(landmark) for name in _NAMES])
-        likely = marked.relations[said].mean(0).masked_fill(~fits, -1e9)
-        return RELATIONS[_NAMES[int(likely.argmax())]].format(f"the {landmark}")
+        landmark, likely = self._phrase(marked, theme), marked.relations[said].mean(0)
+        fits = torch.tensor([("{}" in phrase) == bool(landmark) for phrase in RELATIONS.values()])
+        best = int(likely.masked_fill(~fits, -1e9).argmax())
+        if float(likely[best].exp()) < certain:
+            return ""
+        return RELATIONS[_NAMES[best]].format(f"the {landmark}")
 
     def _adjective(self, words: Sequence[str], table: str) -> str:
         """The known adjective for some words: the longest one among them ("steel green" is green), or the nearest, if

@@ -20,8 +20,8 @@ from hv_sim.rooms import ROOM_KINDS
 from hv_sim.surfaces import Surface, surfaces_of
 from hv_sim.task import FurniturePlacement, Room, furniture_parts, room_parts
 
-HELD_OUT = 100
-"""Plans from this number on occur only among the unseen tasks."""
+HELD_OUT = range(100, 200)
+"""Plans of these numbers occur only among the unseen tasks."""
 STAND_M = 0.45
 """How far from the edge of a piece a robot stands to use its top."""
 
@@ -63,7 +63,7 @@ class FloorPlan:
 
 
 def floor_plan(kind: str, index: int) -> FloorPlan:
-    """Plan number `index` of a kind in `ROOM_KINDS`, always the same; from `HELD_OUT` on they are the unseen ones.
+    """Plan number `index` of a kind in `ROOM_KINDS`, always the same; those of `HELD_OUT` are the unseen ones.
 
     Raises:
         ValueError: there is no such kind, or the number is negative.
@@ -120,7 +120,7 @@ class _Draft:
     @property
     def held_out(self) -> bool:
         """The plan is one of those that only unseen tasks have."""
-        return self.index >= HELD_OUT
+        return self.index in HELD_OUT
 
     def choose(self, *kinds: str) -> str:
         """One of these kinds that this plan may have."""
@@ -201,7 +201,7 @@ def _overlap(a: _Rect, b: _Rect) -> bool:
 
 
 def _draw(kind: str, index: int, rng: np.random.Generator) -> FloorPlan | None:
-    held_out = index >= HELD_OUT
+    held_out = index in HELD_OUT
     (x_low, x_high), (y_low, y_high) = _SIZES[kind]
     size = (round(float(rng.uniform(x_low, x_high)), 1), round(float(rng.uniform(y_low, y_high)), 1))
     floors, walls, other_floors, other_walls = _LOOKS[kind]

@@ -39,8 +39,8 @@ from hv_sim.task import (
 
 SEED = 2026
 """Of the suites in the package."""
-SEEN_PLANS, UNSEEN_PLANS = range(12), range(HELD_OUT, HELD_OUT + 5)
-PRACTICE_PLANS = range(12, HELD_OUT)
+SEEN_PLANS, UNSEEN_PLANS = range(12), HELD_OUT[:5]
+PRACTICE_PLANS = (*range(12, HELD_OUT.start), *range(HELD_OUT.stop, 5000))
 """Floor plans of each kind of room."""
 SUBTASKS = {"seen": 2, "unseen": 2, "chain3": 3, "chain5": 5, "practice": 2}
 """Of a suite's tasks. There is no end to `practice`: rooms to learn in, which no other suite has."""

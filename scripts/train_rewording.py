@@ -33,7 +33,8 @@ _NOT_COUNTED = -100
 
 def lexicon(frequent: tuple[str, ...] = ()) -> Lexicon:
     """The words of the seen tasks, and the thesaurus', each with the one that seen tasks use first."""
-    things, landmarks = {}, {}
+    things: dict[str, str] = {}
+    landmarks: dict[str, str] = {}
     known = [kind for kind, spec in OBJECT_KINDS.items() if not spec.held_out]
     for name, nouns, more, kinds in (
         (things, object_nouns, THINGS, known),
