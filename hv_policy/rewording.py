@@ -15,7 +15,6 @@ from dataclasses import dataclass, fields
 from functools import lru_cache
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 import torch
 from safetensors import safe_open
@@ -280,12 +279,10 @@ def load_rewording(path: Path = SHIPPED_REWORDING) -> Rewording:
     Raises:
         ValueError: the file is not one.
     """
-    names = {field.name for field in fields(RewordingConfig)}
+    def build(config: RewordingConfig) -> Rewording:
+        return Rewording(config, _lexicon(path))
 
-    def configure(values: dict[str, Any]) -> RewordingConfig:
-        return RewordingConfig(**{k: v for k, v in values.items() if k in names})
-
-    network = load_network(path, _KIND, configure, lambda config: Rewording(config, _lexicon(path)))
+    network = load_network(path, _KIND, lambda values: RewordingConfig(**values), build)
     return network.float().requires_grad_(False)
 
 
