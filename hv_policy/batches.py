@@ -64,12 +64,12 @@ class Reader:
 
     Args:
         encoder: what makes tokens of words.
-        reword: says an instruction in words that the encoder knows; None leaves it as it is.
+        reword: says an instruction in words that the encoder knows; by default it stays as it is.
     """
 
-    def __init__(self, encoder: TextEncoder, reword: Callable[[str], str] | None = None) -> None:
+    def __init__(self, encoder: TextEncoder, reword: Callable[[str], str] = str) -> None:
         self._encoder = encoder
-        self._reword = reword or str
+        self._reword = reword
         self._words_of: dict[str, Tensor] = {}  # instruction -> word tokens (L, dim), while acting
         self._recalled: tuple[list[str], Tensor, Tensor] | None = None  # the last ones together
 

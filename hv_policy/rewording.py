@@ -91,7 +91,7 @@ class Lexicon:
     landmarks: dict[str, str]
     colors: dict[str, str]
     sizes: dict[str, str]
-    frequent: tuple[str, ...]
+    frequent: tuple[str, ...] = ()
 
 
 class Rewording(nn.Module):
@@ -106,6 +106,7 @@ class Rewording(nn.Module):
     def __init__(self, config: RewordingConfig, lexicon: Lexicon | None = None) -> None:
         super().__init__()
         self.config, self.lexicon = config, lexicon
+        self._number = {word: 1 + i for i, word in enumerate(() if lexicon is None else lexicon.frequent)}
         self.frequent = nn.Embedding(1 + config.frequent, config.dim, padding_idx=0)
         self.meaning = nn.Linear(FEATURE_DIM, config.dim)
         self.position = nn.Parameter(torch.randn(MAX_WORDS, config.dim) * 0.05)
@@ -136,9 +137,7 @@ class Rewording(nn.Module):
 
     def number(self, words: Sequence[str]) -> list[int]:
         """Of frequent words from 1 on, 0 for all others."""
-        assert self.lexicon is not None
-        known = {word: 1 + i for i, word in enumerate(self.lexicon.frequent)}
-        return [known.get(word, 0) for word in words]
+        return [self._number.get(word, 0) for word in words]
 
 
 @dataclass

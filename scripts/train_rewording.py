@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
@@ -31,7 +31,7 @@ _NOISE = 0.3
 _NOT_COUNTED = -100
 
 
-def lexicon(frequent: tuple[str, ...] = ()) -> Lexicon:
+def lexicon() -> Lexicon:
     """The words of the seen tasks, and the thesaurus', each with the one that seen tasks use first."""
     things: dict[str, str] = {}
     landmarks: dict[str, str] = {}
@@ -50,7 +50,7 @@ def lexicon(frequent: tuple[str, ...] = ()) -> Lexicon:
     colors |= {w: COLOR_WORDS[color][0] for color, more in COLORS.items() for w in more.split("|") if w not in colors}
     sizes = {word: names[0] for names in SIZE_WORDS.values() for word in usable(names, unseen=False)}
     sizes |= {w: SIZE_WORDS[size][0] for size, more in SIZES.items() for w in more.split("|") if w not in sizes}
-    return Lexicon(things, landmarks, colors, sizes, frequent)
+    return Lexicon(things, landmarks, colors, sizes)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -79,7 +79,7 @@ def train(sentences: int, epochs: int, seed: int) -> tuple[Rewording, float]:
     told = [told_sentence(rng, words) for _ in tqdm(range(sentences), "sentences", disable=None)]
     plain = [" ".join(word for word, tag, _ in line if not tag or tag.endswith("relation")) for line in told]
     counted = build_vocabulary(plain[:20_000], _FREQUENT)
-    network = Rewording(RewordingConfig(len(counted)), lexicon(tuple(counted)))
+    network = Rewording(RewordingConfig(len(counted)), replace(known, frequent=tuple(counted)))
     held = _tables(network, features, told)
     aside, rest = sentences // 50, sentences - sentences // 50
     steps = epochs * rest // _BATCH
@@ -101,7 +101,7 @@ def train(sentences: int, epochs: int, seed: int) -> tuple[Rewording, float]:
 
 def _tables(network: Rewording, features: WordFeatures, told: list[Marked]) -> dict[str, Tensor]:
     count = len(told)
-    names: list[Any] = list(RELATIONS)
+    names = list(RELATIONS)
     meaning = torch.zeros(count, _LONGEST, FEATURE_DIM, dtype=torch.float16)
     number = torch.zeros(count, _LONGEST, dtype=torch.long)
     tag, relation = (torch.full((count, _LONGEST), _NOT_COUNTED) for _ in range(2))

@@ -403,9 +403,7 @@ def main() -> None:
     )
     parser.add_argument("--mirror-share", type=float, default=0.35, help="of the pictures")
     parser.add_argument("--word-dropout", type=float, help="share of words shown as unknown (the checkpoint's)")
-    parser.add_argument(
-        "--strange-share", type=float, default=0.2, help="how often things have an unknown name"
-    )
+    parser.add_argument("--strange-share", type=float, default=0.2, help="how often things have an unknown name")
     parser.add_argument("--things-every", type=int, default=1, help="one step in so many asks for other things too")
     parser.add_argument("--learned-share", type=float, default=1.0, help="how far weights go from what they were")
     parser.add_argument("--report-s", type=float, default=10.0)
@@ -424,7 +422,8 @@ def main() -> None:
     perception = load_perception(args.init).to(device).train()
     if args.word_dropout is not None:
         perception.text.word_dropout = args.word_dropout
-    reworder, features = Reworder(load_rewording(), perception.text.features), perception.text.features
+    features = perception.text.features
+    reworder = Reworder(load_rewording(), features)
     strangers = Strangers(reworder.lexicon, [piece for piece in features.pieces if piece.isalpha() and len(piece) > 3])
     phrases = Phrases(perception.text)
     frames = Frames(phrases, reworder.say, strangers, args.strange_share, args.capacity, _weights(args.weights))
