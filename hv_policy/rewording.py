@@ -176,6 +176,10 @@ class Reworder:
         self.features = load_word_features() if features is None else features
         self.say = lru_cache(maxsize=4096)(self._say)
 
+    def goes_to_middle(self, text: str) -> bool:
+        """Whether something shall go into the middle of the room."""
+        return self.say(text).endswith(f"{RELATIONS['room_middle']}.")
+
     @torch.no_grad()
     def marked(self, text: str) -> Marked:
         """The words of a text, and what each is about."""

@@ -26,6 +26,7 @@ from hv_sim.lexicon import (
     object_nouns,
     size_word,
 )
+from hv_sim.object_kinds.made_up import NOUNS as MADE_UP_NOUNS
 from hv_sim.objects import OBJECT_KINDS
 from hv_sim.places import WITHOUT_LANDMARK, Layout, Place
 
@@ -164,7 +165,7 @@ def _adjectives() -> str:
 
 @functools.cache
 def _phrases() -> re.Pattern[str]:
-    nouns = {n.lower() for k in OBJECT_KINDS for n in object_nouns(k)}
+    nouns = {n.lower() for k in OBJECT_KINDS for n in object_nouns(k)} | set(MADE_UP_NOUNS)
     nouns |= {n.lower() for k in FURNITURE_KINDS for n in furniture_nouns(k)}
     alone = {phrase for phrase, relation in _relations().items() if relation in WITHOUT_LANDMARK}
     before = _relations().keys() - alone

@@ -66,6 +66,7 @@ def landmarks(task: Task, subtask: int) -> tuple[Landmark, ...]:
             found.append(Landmark(tuple(f"the {n}" for n in nouns), False, at, half, piece.yaw_rad))
         if nouns:
             found += _spots(layout, piece, nouns, task.subtasks[subtask].object)
+    found.append(Landmark(PLACE_WORDS["room_middle"][0], True, (0.0, 0.0, _SPOT_HEIGHT_M)))
     return tuple(found)
 
 

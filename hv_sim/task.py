@@ -410,7 +410,7 @@ _FURNITURE: tuple[dict[str, Reader], dict[str, Reader]] = (
     {"yaw_rad": _YAW, "size_m": _SIZE, "color": _COLOR},
 )
 _OBJECT: tuple[dict[str, Reader], dict[str, Reader]] = (
-    {"name": name, "kind": one_of(tuple(OBJECT_KINDS), "kind of object"), "position_m": vector(_FAR, _FAR, _HEIGHT)},
+    {"name": name, "kind": one_of(OBJECT_KINDS, "kind of object"), "position_m": vector(_FAR, _FAR, _HEIGHT)},
     {"yaw_rad": _YAW, "size_m": _SIZE, "mass_kg": number(*MASS_KG), "color": _COLOR},
 )
 _SUBTASK: dict[str, Reader] = {

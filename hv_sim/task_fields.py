@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 Reader = Callable[[Any, str], Any]
@@ -66,7 +66,7 @@ def list_of(item: Reader, least: int, most: int) -> Reader:
     return read
 
 
-def one_of(valid: tuple[str, ...], what: str) -> Reader:
+def one_of(valid: Collection[str], what: str) -> Reader:
     """Reader of one of a few words; `what` names them in the message."""
 
     def read(value: Any, path: str) -> str:

@@ -17,6 +17,7 @@ from hv_sim.furniture import FURNITURE_KINDS
 from hv_sim.instructions import write_instructions
 from hv_sim.lexicon import alike_in_color, called, furniture_nouns, usable
 from hv_sim.navigation import sides_with_room
+from hv_sim.object_kinds.made_up import COUNT, made_up_name
 from hv_sim.objects import GRASP_WIDTH_M, MASS_KG, OBJECT_KINDS, BuiltObject
 from hv_sim.parts import prisms
 from hv_sim.paths import OccupancyGrid, occupancy_grid
@@ -62,6 +63,8 @@ _MASSES = (0.7, 1.0, 1.4, 1.9)
 _OBJECT_GAP_M = 0.06
 _FLOOR_GAP_M = 0.10
 _ATTEMPTS, _POSES = 400, 60
+_MADE_UP_SHARE = 0.4
+"""Of the things in rooms to practise in."""
 
 OBJECTS_IN: dict[str, tuple[str, ...]] = {
     "bedroom": (
@@ -141,6 +144,8 @@ class _Draft:
     room: OccupancyGrid
     rng: np.random.Generator
     unseen: bool
+    invents: bool
+    """Some of its things are made up (`hv_sim.object_kinds.made_up`)."""
     objects: list[ObjectPlacement]
     built: list[BuiltObject]
     poses: list[Pose]
@@ -169,7 +174,7 @@ def _candidate(suite: str, index: int, rng: np.random.Generator) -> Task | None:
     kind = ROOM_KINDS[index % len(ROOM_KINDS)]
     plans = {"unseen": UNSEEN_PLANS, "practice": PRACTICE_PLANS}.get(suite, SEEN_PLANS)
     plan, room = _plan(kind, int(plans[int(rng.integers(len(plans)))]))
-    draft = _Draft(plan, room, rng, unseen, [], [], [])
+    draft = _Draft(plan, room, rng, unseen, suite == "practice", [], [], [])
     targets = SUBTASKS[suite]
     extras = int(rng.integers(1, 4)) if targets < 5 else 1
     for number, (name, spec) in enumerate(_things(draft, kind, targets, extras)):
@@ -202,6 +207,8 @@ def _things(draft: _Draft, room: str, targets: int, extras: int) -> list[tuple[s
         order = [kinds[i] for i in ([0, 1] if rng.random() < 0.5 else [1, 0])] + kinds[2:]
     else:
         order = rng.permutation(kinds).tolist()
+    if draft.invents:
+        order = [made_up_name(int(rng.integers(COUNT))) if rng.random() < _MADE_UP_SHARE else kind for kind in order]
     chosen = order[: targets + extras]
     if rng.random() < 0.6:
         chosen[-1] = chosen[int(rng.integers(targets))]

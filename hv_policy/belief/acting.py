@@ -15,7 +15,6 @@ from hv_policy.belief.labels import FLOOR, LABELS, LANDMARKS, PREFIX, LabelTable
 from hv_policy.belief.perception import Perception
 from hv_policy.belief.student import BeliefNetwork, Following
 from hv_policy.configuration_hv import HVConfig
-from hv_policy.rewording import Reworder
 
 SPOTS_A_PICTURE = 2
 
@@ -49,7 +48,7 @@ class BeliefStudent:
             config.perception, config.image_size, config.vocabulary, config.max_words, config.word_dropout
         )
         self.network = BeliefNetwork(perception, from_scratch=config.pretrained_path is None)
-        self.reader = Reader(perception.text, Reworder(self.network.rewording, perception.text.features).say)
+        self.reader = Reader(perception.text, self.network.reworder.say)
         self.following: Following | None = None
         """What is carried along while acting."""
         self._meta = dataset_meta

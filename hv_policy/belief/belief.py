@@ -31,6 +31,7 @@ for _number, _group in enumerate(GROUPS):
 _OF_OBJECT = [i for i, g in enumerate(GROUPS) if g.start in (0, 2, 6, 8, 9, 11, 12, 14)]
 """Groups that are settled anew when the object was lost: the object, how to hold it, and where to stand for that."""
 _HELD_STARTS = (SPAN.start, MIDDLE.start)
+_GOAL_XY = next(i for i, g in enumerate(GROUPS) if g.start == GOAL.start)
 _OF_GOAL = [i for i, g in enumerate(GROUPS) if g.start in (3, 5)]
 
 
@@ -154,6 +155,11 @@ class Belief:
         rows[:, _OF_OBJECT] = rows[:, _OF_OBJECT].clamp(min=deviation_m**2)
         self.variance[ids] = rows
         self.shape_weight[ids] = 0.0
+
+    def know_goal(self, env: int, xy: Tensor, deviation_m: float) -> None:
+        """Environment `env` knows where its goal is, (2,) in the frame of `pose`."""
+        self.places[env, GOAL.start : GOAL.start + 2] = xy
+        self.variance[env, _GOAL_XY] = deviation_m**2
 
     def disbelieve(self, ids: Tensor, place: slice) -> None:
         """Environments `ids` (n,) looked where `place` (`OBJECT` or `GOAL`) should be, and it was not there."""

@@ -39,6 +39,7 @@ from hv_policy.belief.places import (
 )  # fmt: skip
 from hv_policy.belief.refusals import Refusals
 from hv_policy.belief.regrip import LEVELS, closed_on_little, next_try, regripped, still_held
+from hv_policy.belief.room_middle import room_middle
 from hv_policy.belief.task_places import leg_is_done, view_of
 from hv_policy.belief.wayfinder import Wayfinder
 from hv_policy.decision.memory import TaskMemory
@@ -54,7 +55,7 @@ from hv_policy.motor.kinematics import Array, as_arrays
 from hv_policy.motor.prior import MotorPrior, load_shipped_motor_prior
 from hv_policy.motor.proprioception import BodyState, read_proprioception
 from hv_policy.motor.vectors import turned_xy
-from hv_policy.rewording import load_rewording
+from hv_policy.rewording import Reworder, load_rewording
 
 DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
@@ -65,6 +66,8 @@ seems nearer than it is, and higher, for where arms do so it mostly hangs. And i
 in the hands hides a part."""
 _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
+MIDDLE_SPREAD_M = 0.2
+"""Deviation of the middle of the room from what the map shows."""
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
 LIFTED_S = 4.0
 """A lift takes half as long. Who has something between the hands after that, and believes that it has not risen, lets
@@ -86,6 +89,7 @@ class BeliefNetwork(nn.Module):
         self.decision: DecisionNetwork = load_decision(SHIPPED_DECISION) if from_scratch else DecisionNetwork(DECISION)
         self.odometry: Odometry = load_odometry() if from_scratch else Odometry()
         self.rewording = load_rewording()
+        self.reworder = Reworder(self.rewording, perception.text.features)
         for part in (self.decision, self.prior, self.odometry, self.rewording):
             part.requires_grad_(False)
 
@@ -259,6 +263,7 @@ class Following:
         self.belief.move(body, turn_rad, (phase >= Phase.LIFT) & (phase <= Phase.LOWER))
         if len(looks):
             self._look(network.perception, looks, pictures, state[looks], body, words[looks], is_word[looks])
+            self._find_middle(network.reworder, looks)
         self.blind_steps += 1
         self.blind_steps[looks] = 1
         places_h, log_spread = self.belief.now()
@@ -361,6 +366,15 @@ class Following:
             known = finder.settle(env, belief.pose[env], belief.places[env], *shape, phase)
             belief.places[env] = known
             finder.go_on(env, belief.pose[env], known, phase, look_at)
+
+    def _find_middle(self, reworder: Reworder, ids: Tensor) -> None:
+        """Who of `ids` (n,) has to bring something into the middle of the room knows that from the map, once that shows
+        all sides of it."""
+        for env in ids.tolist():
+            if reworder.goes_to_middle(self.instructions[env]):
+                middle = room_middle(self.wayfinder.floor.evidence[env], self.belief.compass[env])
+                if middle is not None:
+                    self.belief.know_goal(env, middle, MIDDLE_SPREAD_M)
 
     def _doubtful(self, seen: Measurement) -> Tensor:
         """(n, 21) by how much more the places err than is said, because they are not in the picture."""

@@ -136,3 +136,13 @@ def test_a_file_holds_all_of_it(tmp_path):
 def test_another_file_is_refused():
     with pytest.raises(ValueError, match="format is"):
         load_rewording(SHIPPED_REWORDING.with_name("words.safetensors"))
+
+
+def test_what_goes_into_the_middle_of_the_room_is_known(reworder):
+    told = {
+        "Put the lamp exactly in the middle of the room.": True,
+        "Would you mind transferring the grey footstool to the exact centre of the room?": True,
+        "Take the lamp that is exactly in the middle of the room and put it on the desk.": False,
+        "Put the lamp on the middle of the desk.": False,
+    }
+    assert {text: reworder.goes_to_middle(text) for text in told} == told

@@ -42,6 +42,7 @@ from hv_policy.rewording import Lexicon, Reworder, load_rewording
 from hv_policy.text_encoder import TextEncoder
 from hv_policy.weight_decay import decay_groups
 from hv_policy.word_features import FEATURE_DIM, MAX_PIECES
+from hv_sim.object_kinds.made_up import NOUNS as MADE_UP_NOUNS
 
 PREFIX = "network.perception."
 SPOTS_A_PICTURE = 2
@@ -177,7 +178,8 @@ class Strangers:
             return "|".join(re.escape(word) for word in sorted(known, key=len, reverse=True))
 
         adjectives = rf"(?:(?:{any_of(lexicon.sizes)}) )?(?:(?:{any_of(lexicon.colors)}) )?"
-        self._thing = re.compile(rf"\bthe ({adjectives})(?:{any_of(lexicon.things)})\b")
+        things = any_of({**lexicon.things, **dict.fromkeys(MADE_UP_NOUNS, "")})
+        self._thing = re.compile(rf"\bthe ({adjectives})(?:{things})\b")
         self._words = list(words)
 
     def of(self, phrase: str) -> str:
