@@ -155,7 +155,9 @@ def perception_loss(
     outline = outline_loss(seen, truth.rotation_6d, truth.half_extents_m)
     upright = upright_loss(seen, truth.rotation_6d)
     at, where = unsquash(seen.places.detach())[:, OBJECT], places[:, OBJECT]
-    turned = faces_loss(perception.faces, pictures, read_proprioception(state), at, where, truth.rotation_6d)
+    turned = torch.zeros_like(seeing)
+    if any(p.requires_grad for p in perception.faces.parameters()):  # else it costs a fifth of the time for nothing
+        turned = faces_loss(perception.faces, pictures, read_proprioception(state), at, where, truth.rotation_6d)
     free, wrongly = _floor_loss(perception, sight, state, truth)
     labelled = (places != 0).any(1)  # frames without labels hold zeros
     with torch.no_grad():

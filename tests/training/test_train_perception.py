@@ -167,6 +167,23 @@ def test_what_is_learned_in_half_precision_is_what_is_learned_in_full(trainer, p
     assert torch.nn.functional.cosine_similarity(*gradients, dim=0) > 0.98
 
 
+def test_what_stays_as_it_is_costs_nothing(trainer, packed):
+    perception = trainer.load_perception(SHIPPED_STUDENT).eval()
+    frames = trainer.Frames(trainer.Phrases(perception.text))
+    with ThreadPool(1) as pool:
+        for file in sorted(packed.glob("*.npz")):
+            frames.add(file, trainer.read_file(file, pool))
+    losses, figures = [], []
+    for trains in (True, False):
+        torch.manual_seed(3)
+        perception.faces.requires_grad_(trains)
+        loss, found = frames.loss(perception, torch.arange(12), with_things=False)
+        losses.append(loss.detach().mean())
+        figures.append(found)
+    assert float(figures[0]["faces_loss"]) > 0.0 == float(figures[1]["faces_loss"])
+    torch.testing.assert_close(losses[0] - figures[0]["faces_loss"], losses[1])
+
+
 def test_weights_may_go_part_of_the_way(trainer, tmp_path):
     perception = trainer.load_perception(SHIPPED_STUDENT)
     before, wanted = load_file(SHIPPED_STUDENT / "model.safetensors"), {}

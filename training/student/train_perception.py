@@ -408,6 +408,7 @@ def main() -> None:
     parser.add_argument("--strange-share", type=float, default=0.2, help="how often things have an unknown name")
     parser.add_argument("--things-every", type=int, default=1, help="one step in so many asks for other things too")
     parser.add_argument("--learned-share", type=float, default=1.0, help="how far weights go from what they were")
+    parser.add_argument("--keep-faces", action="store_true", help="the head that tells faces (train_faces.py) stays")
     parser.add_argument("--report-s", type=float, default=10.0)
     parser.add_argument("--decoders", type=int, default=multiprocessing.cpu_count())
     parser.add_argument("--capacity", type=int, default=0, help="frames to make room for at once")
@@ -424,6 +425,7 @@ def main() -> None:
     perception = load_perception(args.init).to(device).train()
     if args.word_dropout is not None:
         perception.text.word_dropout = args.word_dropout
+    perception.faces.requires_grad_(not args.keep_faces)
     features = perception.text.features
     reworder = Reworder(load_rewording(), features)
     strangers = Strangers(reworder.lexicon, [piece for piece in features.pieces if piece.isalpha() and len(piece) > 3])

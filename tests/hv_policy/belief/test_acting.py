@@ -569,3 +569,23 @@ def test_between_two_looks_no_picture_is_needed(states):
     policy.select_action(frames[0])
     assert not policy.needs_picture(TASKS[:1])
     assert policy.needs_picture(TASKS[1:2])
+
+
+def test_the_middle_of_the_room_is_taken_from_the_map(states):
+    policy = make_believer()
+    into_the_middle = "Put the lamp exactly in the middle of the room."
+    tasks = [into_the_middle, "Put the lamp on the middle of the desk."]
+    roll(policy, frames_of(states[:2]), [tasks] * 2)
+    following, reworder = policy.student.following, policy.student.network.reworder
+    belief, both = following.belief, torch.arange(2)
+    belief.compass[:] = torch.tensor([1.0, 0.0])
+    known = belief.places.clone()
+    following.wayfinder.floor.evidence[:] = 0.0
+    following._find_middle(reworder, both)
+    assert torch.equal(belief.places, known)  # nothing has been seen of the walls
+    low, high = cells_of(torch.tensor([[-2.0, -1.0], [3.0, 4.0]])).tolist()
+    following.wayfinder.floor.evidence[:, low[0] - 3 : high[0] + 3, low[1] - 3 : high[1] + 3] = 2.0
+    following.wayfinder.floor.evidence[:, low[0] : high[0], low[1] : high[1]] = -2.0
+    following._find_middle(reworder, both)
+    torch.testing.assert_close(belief.places[0, GOAL][:2], torch.tensor([0.5, 1.5]), atol=0.1, rtol=0)
+    assert torch.equal(belief.places[1], known[1])
