@@ -14,14 +14,16 @@ from hv_policy.belief.regrip import (
     LOWER_M,
     LYING_M,
     NARROWEST_M,
+    WIDE_M,
     WIDER_M,
     closed_on_little,
+    felt,
     next_try,
     regripped,
     still_held,
 )
 from hv_policy.decision.view import Phase
-from hv_policy.motor.embodiment import HANDS
+from hv_policy.motor.embodiment import HAND_RADIUS_M, HANDS
 from hv_policy.motor.proprioception import BodyState
 
 
@@ -33,18 +35,22 @@ def thing(height_m: float, grip_m: float, width_m: float, num: int = 1) -> torch
     return places
 
 
+def standing(places: torch.Tensor, slips: torch.Tensor) -> torch.Tensor:
+    return regripped(places, slips, torch.zeros(len(places), dtype=torch.bool))
+
+
 def grip(places: torch.Tensor) -> torch.Tensor:
     return places[:, MIDDLE][:, 2]
 
 
 def test_who_dropped_nothing_holds_it_as_it_is_believed():
     places = thing(0.9, 0.1, 0.3)
-    assert torch.equal(regripped(places, torch.zeros(1, dtype=torch.long)), places)
+    assert torch.equal(standing(places, torch.zeros(1, dtype=torch.long)), places)
 
 
 def test_each_try_is_lower_and_wider_then_it_begins_again():
     places, tries = thing(0.9, 0.15, 0.3, LEVELS + 1), torch.arange(LEVELS + 1)
-    out = regripped(places, tries)
+    out = standing(places, tries)
     level = tries % LEVELS
     lowest = ABOVE_BOTTOM_M - BELOW_TOP_M - 0.15
     torch.testing.assert_close(grip(out), (0.15 - LOWER_M * level).clamp(min=lowest))
@@ -58,18 +64,18 @@ def test_each_try_is_lower_and_wider_then_it_begins_again():
 @pytest.mark.parametrize("slips", [0, 1, 2])
 def test_hands_stay_on_what_stands_on_the_floor(slips):
     # 0.3 m high: its middle is at 0.15 m
-    out = regripped(thing(0.15, 0.25, 0.3), torch.tensor([slips]))
+    out = standing(thing(0.15, 0.25, 0.3), torch.tensor([slips]))
     assert grip(out).item() <= 0.15 - BELOW_TOP_M + 1e-6
     assert grip(out).item() >= ABOVE_BOTTOM_M - 0.15 - 1e-6
 
 
 def test_a_flat_thing_is_not_held_below_its_middle_by_more_than_it_has():
-    low = grip(regripped(thing(0.9, 0.02, 0.3), torch.tensor([2]))).item()
+    low = grip(standing(thing(0.9, 0.02, 0.3), torch.tensor([2]))).item()
     assert low == pytest.approx(ABOVE_BOTTOM_M - BELOW_TOP_M - 0.02)
 
 
 def test_nothing_is_narrower_than_what_can_be_lifted():
-    out = regripped(thing(0.9, 0.1, 0.05), torch.tensor([0]))
+    out = standing(thing(0.9, 0.1, 0.05), torch.tensor([0]))
     assert 2 * out[0, SPAN].norm().item() == pytest.approx(NARROWEST_M)
 
 
@@ -105,6 +111,39 @@ def test_what_was_dropped_is_held_lowest_at_once():
 
 
 def test_what_may_have_fallen_over_is_held_near_the_floor_but_on_a_table_it_is_not():
-    out = regripped(torch.cat([thing(0.35, 0.15, 0.3), thing(0.9, 0.15, 0.3)]), torch.full((2,), LEVELS - 1))
+    out = standing(torch.cat([thing(0.35, 0.15, 0.3), thing(0.9, 0.15, 0.3)]), torch.full((2,), LEVELS - 1))
     assert 0.35 + grip(out)[0].item() == pytest.approx(LYING_M)
     assert 0.9 + grip(out)[1].item() > 0.75
+
+
+def test_what_lies_is_held_by_its_middle_every_other_time():
+    slips, lies = torch.arange(6), torch.ones(6, dtype=torch.bool)
+    out = regripped(thing(0.13, 0.08, 0.3, 6), slips, lies)
+    torch.testing.assert_close(grip(out), torch.tensor([0.08, 0.0] * 3))
+    torch.testing.assert_close(2 * out[:, SPAN].norm(dim=-1), torch.full((6,), 0.3))
+
+
+def test_a_stool_on_one_leg_is_held_at_its_top_before_it_is_held_lower():
+    out = standing(thing(0.35, 0.1, 0.2, 3), torch.arange(3))
+    assert 0.35 + grip(out)[1].item() == pytest.approx(0.7 - BELOW_TOP_M)
+    assert 2 * out[1, SPAN].norm().item() == pytest.approx(WIDE_M)
+    assert grip(out)[2].item() < grip(out)[0].item()
+    near_the_top = standing(thing(0.15, 0.09, 0.2, 2), torch.arange(2))
+    assert grip(near_the_top)[1].item() < grip(near_the_top)[0].item()
+
+
+def test_hands_that_press_feel_how_wide_a_thing_is_at_most():
+    width, apart = 0.3, torch.tensor([0.24, 0.24, 0.24, 0.5, 0.05])
+    places = thing(0.3, 0.1, width, 5)
+    pos = torch.zeros(5, 15, 3)
+    pos[:, HANDS[1], 1] = apart
+    body = BodyState(pos, torch.eye(3).expand(5, 15, 3, 3), torch.zeros(5, 15, 3), torch.zeros(5, 15, 3))
+    phases = torch.tensor([Phase.SQUEEZE, Phase.CARRY, Phase.REACH, Phase.LIFT, Phase.LOWER]).long()
+    out = felt(places, body, phases)
+    room, narrowest = 0.24 - 2 * HAND_RADIUS_M, NARROWEST_M - 2 * HAND_RADIUS_M
+    torch.testing.assert_close(
+        2 * out[:, SPAN].norm(dim=-1), torch.tensor([room, room, width, width, narrowest])
+    )
+    others = [i for i in range(21) if not SPAN.start <= i < SPAN.stop]
+    assert torch.equal(out[:, others], places[:, others])
+    assert torch.equal(felt(places, body, torch.full((5,), int(Phase.REACH))), places)
