@@ -175,10 +175,7 @@ class Reworder:
         self.network, self.lexicon = network, network.lexicon
         self.features = load_word_features() if features is None else features
         self.say = lru_cache(maxsize=4096)(self._say)
-
-    def goes_to_middle(self, text: str) -> bool:
-        """Whether something shall go into the middle of the room."""
-        return self.say(text).endswith(f"{RELATIONS['room_middle']}.")
+        self.goal = lru_cache(maxsize=4096)(self._goal)
 
     @torch.no_grad()
     def marked(self, text: str) -> Marked:
@@ -206,6 +203,14 @@ class Reworder:
                 marked.tags[first : at[-1] + 1] = [tag] * (at[-1] + 1 - first)
                 return
 
+    def _goal(self, text: str) -> tuple[str, str]:
+        """Where something shall go: one of `RELATIONS`, and the known word for the piece of furniture that it refers
+        to; "" for either where there is none, and for what refers to another thing."""
+        marked = self.marked(text)
+        noun = self._phrase(marked, "goal", adjectives=False)
+        relation, _ = self._relation(marked, "goal", bool(noun))
+        return relation, "" if noun in self.lexicon.things.values() else noun
+
     def _say(self, text: str) -> str:
         """The instruction in known words, or as it is where no thing and no goal are found in it."""
         marked = self.marked(text)
@@ -219,27 +224,34 @@ class Reworder:
             return f"take the {thing} that is {source} and put it {goal}."
         return f"put the {thing} {goal}."
 
-    def _phrase(self, marked: Marked, theme: str) -> str:
+    def _phrase(self, marked: Marked, theme: str, adjectives: bool = True) -> str:
         """Adjectives and noun of a theme, in known words; "" without a noun."""
         noun = marked.picked(f"{theme}_noun")
         if not noun:
             return ""
-        size, color = (self._adjective(marked.picked(f"{theme}_{part}"), f"{part}s") for part in ("size", "color"))
         tables = ["things"] if theme == "thing" else ["landmarks", "things"]
         known = self._noun(noun, tables, self.network.config.least_likeness)
+        if not adjectives:
+            return known
+        size, color = (self._adjective(marked.picked(f"{theme}_{part}"), f"{part}s") for part in ("size", "color"))
         return " ".join(part for part in (size, color, known) if part)
+
+    def _relation(self, marked: Marked, theme: str, has_landmark: bool) -> tuple[str, float]:
+        """The likeliest of the `RELATIONS` that have a landmark, or of those that have none, and how likely it is;
+        "" where none is said."""
+        said = [i for i, tag in enumerate(marked.tags) if tag == f"{theme}_relation"]
+        if not said:
+            return "", 0.0
+        likely = marked.relations[said].mean(0)
+        fits = torch.tensor([("{}" in phrase) == has_landmark for phrase in RELATIONS.values()])
+        best = int(likely.masked_fill(~fits, -1e9).argmax())
+        return _NAMES[best], min(float(likely[best].exp()), float(marked.certain[said].mean()))
 
     def _place(self, marked: Marked, theme: str, certain: float) -> str:
         """A place in known words; "" where there is none, or it is less `certain` what it is."""
-        said = [i for i, tag in enumerate(marked.tags) if tag == f"{theme}_relation"]
-        if not said or float(marked.certain[said].mean()) < certain:
-            return ""
-        landmark, likely = self._phrase(marked, theme), marked.relations[said].mean(0)
-        fits = torch.tensor([("{}" in phrase) == bool(landmark) for phrase in RELATIONS.values()])
-        best = int(likely.masked_fill(~fits, -1e9).argmax())
-        if float(likely[best].exp()) < certain:
-            return ""
-        return RELATIONS[_NAMES[best]].format(f"the {landmark}")
+        landmark = self._phrase(marked, theme)
+        relation, likely = self._relation(marked, theme, bool(landmark))
+        return RELATIONS[relation].format(f"the {landmark}") if relation and likely >= certain else ""
 
     def _adjective(self, words: Sequence[str], table: str) -> str:
         """The known adjective for some words: the longest one among them ("steel green" is green), or the nearest, if

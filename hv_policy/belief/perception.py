@@ -15,6 +15,7 @@ from hv_policy.belief.attitude import UPRIGHT, attitude_of
 from hv_policy.belief.camera import RAY_DIM, pixel_rays, project, ray_features
 from hv_policy.belief.faces_head import FacesHead
 from hv_policy.belief.floor import FloorHead
+from hv_policy.belief.landmark_head import LandmarkHead, Piece
 from hv_policy.belief.outline import OUTLINE_DIM, outline_of
 from hv_policy.belief.perception_size import PerceptionSize
 from hv_policy.belief.places import (
@@ -112,6 +113,7 @@ class Perception(nn.Module):
         self.outline = nn.Linear(size.hidden, OUTLINE_DIM)
         self.upright = nn.Linear(size.hidden, 1)
         self.faces = FacesHead()
+        self.landmarks = LandmarkHead(dim)
         self.on_floor = nn.Linear(dim, 1)
         self.trust = nn.Parameter(torch.zeros(NUM_POINTED))
         self.floor = FloorHead(dim, size.channels[0], size.dim)
@@ -163,17 +165,25 @@ class Perception(nn.Module):
         outline, upright = self.outline(impression).float(), self.upright(impression).float()
         return Measurement(places, spread, pointed, spots_pointed, outline, upright)
 
-    def name(self, sight: Sight, words: Tensor, is_word: Tensor, which: Tensor) -> Tensor:
+    def named(self, words: Tensor, is_word: Tensor) -> Tensor:
+        """(D, dim) what is looked for, of D different names, whose words are (D, L, dim) and (D, L)."""
+        asked = self.queries[:1].expand(len(words), 1, -1)
+        return self.point_query(asked + self.fusion[0].read(asked, words, is_word))[:, 0]
+
+    def name(self, sight: Sight, named: Tensor) -> Tensor:
         """(B, T, 1 + J) logits of what each part of a picture shows: nothing of it, or one of J things.
 
         Args:
             sight: from `look`.
-            words, is_word: (D, L, dim) and (D, L), of D different names.
-            which: (B, J) int64, the names of the J things.
+            named: (B, J, dim), from `named`.
         """
-        named = self.queries[:1].expand(len(words), 1, -1)
-        named = self.point_query(named + self.fusion[0].read(named, words, is_word))[:, 0]
-        return torch.cat([self.background(sight.tokens), sight.keys @ named[which].transpose(1, 2)], -1)
+        return torch.cat([self.background(sight.tokens), sight.keys @ named.transpose(1, 2)], -1)
+
+    def find_pieces(self, sight: Sight, named: Tensor) -> Piece:
+        """Where J pieces of furniture are, which are looked for in each picture (`name`)."""
+        logits = self.name(sight, named).detach()
+        shows = (logits[..., 1:] - logits[..., :1]).transpose(1, 2)
+        return self.landmarks(sight.tokens, sight.rays, named, shows)
 
     def _pointed_at(self, queries: Tensor, found: Tensor) -> Tensor:
         """(B, NUM_POINTED, 2) where what is pointed at would be, squashed: between where its ray meets the floor

@@ -12,6 +12,7 @@ from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.faces_head import faces_loss
 from hv_policy.belief.floor import POINTS_A_PICTURE, points_to_learn
 from hv_policy.belief.labels import Landmarks
+from hv_policy.belief.landmark_head import landmark_loss
 from hv_policy.belief.other_tasks import choose_tasks, sentence
 from hv_policy.belief.perception import (
     GOAL_QUERY,
@@ -31,12 +32,13 @@ from hv_policy.belief.perception import (
 from hv_policy.belief.places import GOAL, OBJECT, PICK, unsquash
 from hv_policy.motor.proprioception import read_proprioception
 
-THINGS_WEIGHT, SPOTS_WEIGHT, FLOOR_WEIGHT, OTHER_WEIGHT = 0.3, 0.2, 0.3, 0.7
+THINGS_WEIGHT, SPOTS_WEIGHT, FLOOR_WEIGHT, OTHER_WEIGHT, PIECES_WEIGHT = 0.3, 0.2, 0.3, 0.7, 0.2
 _OF_OTHERS = [0, 1, 2, 3, 4]
 """Of a place: what is known of another task's. How high its goal is depends on the object."""
 THINGS_ASKED = 2
 OUT_OF_VIEW_SHARE = 0.15
 """So many of the things that are not in a picture are asked for in it; those that are, all of them."""
+PIECES_ASKED, LARGE_M = 5, 0.3
 NAMELESS = "nothing"
 _NEAR_M = 1.5
 
@@ -73,7 +75,7 @@ class Things:
     """T things and S spots in B pictures, and what they are called."""
 
     shown: Shown
-    middles: Tensor  # (B, T, 3), heading frame, m
+    boxes: Tensor  # (B, T, 7), `hv_policy.belief.boxes`
     has_name: Tensor  # (B, T) bool: it is asked for, and there are words for it
     spots: Tensor  # (B, S, 3)
     spot_exists: Tensor  # (B, S) bool
@@ -128,7 +130,7 @@ def read_things(perception: Perception, state: Tensor, landmarks: Landmarks) -> 
     ]
     words, is_told = perception.text(texts)
     other = OtherTask(words, is_told, possible, boxes[rows, thing], spots[rows, spot])
-    return Things(shown, boxes[..., :3], has_name, spots, there, names, is_word, which, of_spots, other)
+    return Things(shown, boxes, has_name, spots, there, names, is_word, which, of_spots, other)
 
 
 def perception_loss(
@@ -223,7 +225,8 @@ def _seen(
     if things is None:
         return perception.judge(sight, words, is_word), torch.zeros(len(state), device=state.device)
     shown, has_name, which = things.shown, things.has_name, things.which
-    named = naming_error(perception.name(sight, things.names, things.is_word, which), shown.label, has_name)
+    looked_for = perception.named(things.names, things.is_word)[which]
+    named = naming_error(perception.name(sight, looked_for), shown.label, has_name)
     # some of the things and of the spots are asked for as objects and goals are: whatever is near and in view is the
     # object of most pictures of an attempt, but must not be for that
     number_asked = min(THINGS_ASKED, which.shape[1])
@@ -234,10 +237,37 @@ def _seen(
     named_spots = NamedSpots(queries, things.names[asked_for], things.is_word[asked_for])
     seen = perception.judge(sight, words, is_word, named_spots)
     there = torch.cat([has_name.gather(1, chosen), things.spot_exists], 1)
-    middles = things.middles.gather(1, chosen[..., None].expand(-1, -1, 3))
+    middles = things.boxes[..., :3].gather(1, chosen[..., None].expand(-1, -1, 3))
     wrong = pointing_error(seen.spots, state, torch.cat([middles, things.spots], 1)) * there
     spots = wrong.sum(1) / there.sum(1).clamp(min=1)
-    return seen, THINGS_WEIGHT * named + SPOTS_WEIGHT * spots
+    pieces, _ = pieces_loss(perception, sight, looked_for, things.boxes, shown.in_view, has_name)
+    return seen, THINGS_WEIGHT * named + SPOTS_WEIGHT * spots + PIECES_WEIGHT * pieces
+
+
+def pieces_loss(
+    perception: Perception, sight: Sight, named: Tensor, boxes: Tensor, in_view: Tensor, has_name: Tensor
+) -> tuple[Tensor, dict[str, Tensor]]:
+    """(B,) how wrong `Perception.find_pieces` is of a few things in each picture, most of them in view and large, and
+    figures to watch. What the picture is seen with does not learn from it.
+
+    Args:
+        perception, sight: the network and what it sees.
+        named: (B, T, dim) what is looked for.
+        boxes: (B, T, 7) of things.
+        in_view, has_name: (B, T) bool.
+    """
+    drawn = torch.rand(has_name.shape, device=has_name.device) + in_view + 2 * has_name
+    drawn = drawn + 0.5 * (boxes[..., 3:6].amax(-1) > LARGE_M)
+    chosen = drawn.topk(min(PIECES_ASKED, drawn.shape[1]), 1).indices
+
+    def of(values: Tensor) -> Tensor:
+        return values.gather(1, chosen.view(*chosen.shape, *[1] * (values.dim() - 2)).expand(-1, -1, *values.shape[2:]))
+
+    seen = Sight(sight.tokens.detach(), sight.rays, sight.keys.detach(), sight.fine)
+    shown, known, boxes = of(in_view), of(has_name), of(boxes)
+    loss, apart = landmark_loss(perception.find_pieces(seen, of(named).detach()), boxes, shown, known)
+    near = shown & known & (boxes[..., :2].norm(dim=-1) < 2 * _NEAR_M)
+    return loss, {"piece_error_m": _median(apart[near])}
 
 
 def _median(values: Tensor) -> Tensor:

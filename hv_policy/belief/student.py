@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numba
@@ -19,8 +20,9 @@ from hv_policy.belief.camera import project
 from hv_policy.belief.compass import compass
 from hv_policy.belief.floor import floor_in_view
 from hv_policy.belief.labels import Landmarks
+from hv_policy.belief.landmark_head import OFFSETS
 from hv_policy.belief.odometry import Odometry, load_odometry
-from hv_policy.belief.perception import Measurement, Perception, Sight
+from hv_policy.belief.perception import GOAL_QUERY, Measurement, Perception, Sight
 from hv_policy.belief.perception_loss import Truth, perception_loss, read_things
 from hv_policy.belief.places import (
     AWAY,
@@ -66,6 +68,11 @@ seems nearer than it is, and higher, for where arms do so it mostly hangs. And i
 in the hands hides a part."""
 _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
+UNSEEN_M, SURE_OF_PIECE_M, OBJECT_HALF_M = 30.0, 0.5, (0.1, 0.22)
+"""How far off a goal may be, for what is said of a piece of furniture that is not in the picture; from which deviation
+down it is sure of the piece; and what half of an object's width may be."""
+GOAL_XY = slice(GOAL.start, GOAL.start + 2)
+_HALF = math.log(0.5)
 MIDDLE_SPREAD_M = 0.2
 """Deviation of the middle of the room from what the map shows."""
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
@@ -166,6 +173,8 @@ class Following:
     """(N,) bool: it lay on the floor, or was getting up, before the last step."""
     touched: Tensor
     """(N,) bool: it has had its hands on the object since the instruction."""
+    pieces: dict[str, Tensor] = field(default_factory=dict)
+    """Words for pieces of furniture -> what is looked for to find them."""
     felt: Tensor | None = None
     """(N, 223) the last proprioception."""
 
@@ -262,7 +271,7 @@ class Following:
         self.felt = state
         self.belief.move(body, turn_rad, (phase >= Phase.LIFT) & (phase <= Phase.LOWER))
         if len(looks):
-            self._look(network.perception, looks, pictures, state[looks], body, words[looks], is_word[looks])
+            self._look(network, looks, pictures, state[looks], body, words[looks], is_word[looks])
             self._find_middle(network.reworder, looks)
         self.blind_steps += 1
         self.blind_steps[looks] = 1
@@ -317,7 +326,7 @@ class Following:
 
     def _look(
         self,
-        perception: Perception,
+        network: BeliefNetwork,
         ids: Tensor,
         pictures: Tensor,
         state: Tensor,
@@ -326,7 +335,7 @@ class Following:
         is_word: Tensor,
     ) -> None:
         """Takes in the pictures of environments `ids` (n,); all arguments but the bodies are theirs."""
-        body = everybody.rows(ids)
+        body, perception = everybody.rows(ids), network.perception
         shown = perception.look(pictures, state.to(pictures.device))
         seen = perception.judge(shown, words, is_word)
         seen = Measurement(*(getattr(seen, f.name).cpu() for f in fields(seen)))
@@ -336,6 +345,7 @@ class Following:
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
         told = ((-2 * seen.log_spread).exp() - known).clamp(min=1e-4)
         spread = told.rsqrt() * stretch(places) * self._doubtful(seen)
+        self._beside_pieces(network, ids, shown, seen, places, spread)
         in_view = 1 - seen.pointing[:, :2, 0].exp()
         self.refusals.see(ids, in_view, self.memory.phase[ids])
         spread = self.refusals.applied(ids, self.belief.pose[ids], places, spread)
@@ -367,11 +377,41 @@ class Following:
             belief.places[env] = known
             finder.go_on(env, belief.pose[env], known, phase, look_at)
 
+    def _beside_pieces(
+        self, network: BeliefNetwork, ids: Tensor, shown: Sight, seen: Measurement, places: Tensor, spread: Tensor
+    ) -> None:
+        """Who of `ids` (n,) has to bring something beside or onto a piece of furniture finds that piece, too: joins
+        what follows from it to the goals in places and spread (n, 21). Where it is sure of the piece, it counts less
+        that a goal is not recognised (`seen`)."""
+        told = [network.reworder.goal(self.instructions[env]) for env in ids.tolist()]
+        chosen = [row for row, (relation, noun) in enumerate(told) if relation in OFFSETS and noun]
+        if not chosen:
+            return
+        rows = torch.tensor(chosen)
+        named = torch.stack([self._named(network, told[row][1]) for row in chosen])[:, None]
+        sight = Sight(*(getattr(shown, f.name)[chosen] for f in fields(shown)))
+        piece = network.perception.find_pieces(sight, named)
+        offsets = named.new_tensor([OFFSETS[told[row][0]] for row in chosen])[:, None]
+        half = self.belief.places[ids[rows], SPAN].norm(dim=-1).clamp(*OBJECT_HALF_M)
+        spot = piece.spot(offsets, half.to(named)[:, None])[:, 0].cpu()
+        deviation = piece.log_spread[:, 0].exp().where(piece.seen[:, 0] > 0, UNSEEN_M).cpu()[:, None]
+        share = 1 / (1 + (deviation / spread[rows, GOAL_XY]).square())
+        places[rows, GOAL_XY] += share * (spot - places[rows, GOAL_XY])
+        spread[rows, GOAL_XY] *= (1 - share).sqrt()
+        sure = deviation[:, 0] < SURE_OF_PIECE_M
+        seen.pointing[rows, GOAL_QUERY, 0] += torch.where(sure, _HALF, 0.0)
+
+    def _named(self, network: BeliefNetwork, noun: str) -> Tensor:
+        """(dim,) what is looked for to find a piece of furniture."""
+        if noun not in self.pieces:
+            self.pieces[noun] = network.perception.named(*network.perception.text([f"the {noun}"]))[0]
+        return self.pieces[noun]
+
     def _find_middle(self, reworder: Reworder, ids: Tensor) -> None:
         """Who of `ids` (n,) has to bring something into the middle of the room knows that from the map, once that shows
         all sides of it."""
         for env in ids.tolist():
-            if reworder.goes_to_middle(self.instructions[env]):
+            if reworder.goal(self.instructions[env])[0] == "room_middle":
                 middle = room_middle(self.wayfinder.floor.evidence[env], self.belief.compass[env])
                 if middle is not None:
                     self.belief.know_goal(env, middle, MIDDLE_SPREAD_M)

@@ -138,11 +138,14 @@ def test_another_file_is_refused():
         load_rewording(SHIPPED_REWORDING.with_name("words.safetensors"))
 
 
-def test_what_goes_into_the_middle_of_the_room_is_known(reworder):
+def test_where_something_shall_go_is_known_by_itself(reworder):
     told = {
-        "Put the lamp exactly in the middle of the room.": True,
-        "Would you mind transferring the grey footstool to the exact centre of the room?": True,
-        "Take the lamp that is exactly in the middle of the room and put it on the desk.": False,
-        "Put the lamp on the middle of the desk.": False,
+        "Put the lamp exactly in the middle of the room.": ("room_middle", ""),
+        "Would you mind transferring the grey footstool to the exact centre of the room?": ("room_middle", ""),
+        "Take the lamp that is exactly in the middle of the room and put it on the desk.": ("on", "desk"),
+        "Put the lamp just to the left of the white sofa.": ("left_of", "sofa"),
+        "Shift the lamp to a spot immediately in front of the centre of the couch.": ("front_middle", "couch"),
+        "Put the lamp directly to the right of the suitcase.": ("right_of", ""),
+        "Hello there.": ("", ""),
     }
-    assert {text: reworder.goes_to_middle(text) for text in told} == told
+    assert {text: reworder.goal(text) for text in told} == told

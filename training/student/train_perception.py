@@ -35,7 +35,7 @@ from torch import Tensor
 from hv_policy.belief import mirror
 from hv_policy.belief.other_tasks import ALL_SHAPES, SLOTS, choose_tasks, parts_of
 from hv_policy.belief.perception import Perception
-from hv_policy.belief.perception_loss import NAMELESS, OtherTask, Shown, Things, Truth, perception_loss
+from hv_policy.belief.perception_loss import NAMELESS, OtherTask, Shown, Things, Truth, perception_loss, pieces_loss
 from hv_policy.belief.perception_size import PERCEPTIONS
 from hv_policy.half_precision import in_half
 from hv_policy.rewording import Lexicon, Reworder, load_rewording
@@ -276,16 +276,7 @@ class Frames:
     ) -> tuple[Tensor, dict[str, Tensor]]:
         """`perception_loss` of rows (B,), some of them mirrored; in training all recoloured. Without things that are
         not the task's it takes half the time."""
-        row = {name: values[rows] for name, values in self.held.items()}
-        trains = perception.training
-        flip = torch.rand(len(rows), device=self.device) < mirror_share
-        here = flip[:, None, None]
-        pictures = mirror.mirrored_pictures(row["pictures"].permute(0, 3, 1, 2).float() / 255, flip)
-        pictures = mirror.recoloured(pictures) if trains else pictures
-        state = mirror.STATE.where(flip, row["state"].float())
-        boxes, spots = row["boxes"].float(), row["spots"].float()
-        row["boxes"] = torch.where(here, mirror.BOX(boxes), boxes)
-        row["spots"] = torch.where(here, mirror.POINT(spots), spots)
+        row, pictures, state, flip = self._shown(rows, mirror_share, perception.training)
         bits = 7 - torch.arange(8, device=self.device)
         taken = (row["floor"][..., None] >> bits & 1).flatten(1).bool()
         truth = Truth(
@@ -295,17 +286,52 @@ class Frames:
             mirror.mirrored_floor(taken, flip),
             row["floor_known"],
         )
+        named = self._naming(flip, perception.training)
+        things = self._things(perception, row, state, named) if with_things else None
+        words, is_word, number = self.phrases.read(named(row["task"]))
+        return perception_loss(perception, pictures, state, words[number], is_word[number], truth, things)
 
-        strange = torch.rand(len(rows), device=self.device) < (self._strange_share if trains else 0.0)
+    def landmark_loss(
+        self, perception: Perception, rows: Tensor, mirror_share: float = 0.0
+    ) -> tuple[Tensor, dict[str, Tensor]]:
+        """How wrong `Perception.find_pieces` is in rows (B,), as in `perception_loss`; nothing else is learned."""
+        row, pictures, state, flip = self._shown(rows, mirror_share, perception.training)
+        with torch.no_grad():
+            boxes = row["boxes"]
+            shown = Shown.of(perception, state, boxes, row["exists"])
+            has_name = row["has_name"] & shown.asked
+            names = self._naming(flip, False)(row["box_name"].where(has_name, self._nothing))
+            tokens, is_word, number = self.phrases.read(names)
+            sight, named = perception.look(pictures, state), perception.named(tokens, is_word)[number]
+        loss, figures = pieces_loss(perception, sight, named, boxes, shown.in_view, has_name)
+        return loss, figures
+
+    def _shown(
+        self, rows: Tensor, mirror_share: float, recolour: bool
+    ) -> tuple[dict[str, Tensor], Tensor, Tensor, Tensor]:
+        """What is held of rows (B,), their pictures and proprioception, and (B,) bool which of them are mirrored."""
+        row = {name: values[rows] for name, values in self.held.items()}
+        flip = torch.rand(len(rows), device=self.device) < mirror_share
+        here = flip[:, None, None]
+        pictures = mirror.mirrored_pictures(row["pictures"].permute(0, 3, 1, 2).float() / 255, flip)
+        pictures = mirror.recoloured(pictures) if recolour else pictures
+        state = mirror.STATE.where(flip, row["state"].float())
+        boxes, spots = row["boxes"].float(), row["spots"].float()
+        row["boxes"] = torch.where(here, mirror.BOX(boxes), boxes)
+        row["spots"] = torch.where(here, mirror.POINT(spots), spots)
+        return row, pictures, state, flip
+
+    def _naming(self, flip: Tensor, may_be_strange: bool) -> Callable[[Tensor], Tensor]:
+        """Numbers of phrases (B, ...) -> those of what is said: of others where a picture is mirrored (`flip` (B,)),
+        and now and then strange ones."""
+        strange = torch.rand(len(flip), device=self.device) < (self._strange_share if may_be_strange else 0.0)
 
         def named(rows_of_names: Tensor) -> Tensor:
             along = -1, *[1] * (rows_of_names.dim() - 1)
             said = torch.where(strange.view(along), self.phrases.renamed[rows_of_names], rows_of_names)
             return torch.where(flip.view(along), self.phrases.mirrored[said], said)
 
-        things = self._things(perception, row, state, named) if with_things else None
-        words, is_word, number = self.phrases.read(named(row["task"]))
-        return perception_loss(perception, pictures, state, words[number], is_word[number], truth, things)
+        return named
 
     def _things(
         self, perception: Perception, row: dict[str, Tensor], state: Tensor, named: Callable[[Tensor], Tensor]
@@ -320,7 +346,7 @@ class Frames:
         others = self._others(row, shown, named)
         return Things(
             shown,
-            boxes[..., :3],
+            boxes,
             has_name,
             spots.gather(1, drawn[..., None].expand(-1, -1, 3)),
             row["spot_exists"].gather(1, drawn),
@@ -374,7 +400,9 @@ def load_perception(folder: Path) -> Perception:
     texts = config["vocabulary"], config["max_words"], config["word_dropout"]
     perception = Perception(size, config["image_size"], *texts)
     weights = load_file(folder / "model.safetensors")
-    perception.load_state_dict({k.removeprefix(PREFIX): v for k, v in weights.items() if k.startswith(PREFIX)})
+    own = {k.removeprefix(PREFIX): v for k, v in weights.items() if k.startswith(PREFIX)}
+    begun = {f"landmarks.{k}": v for k, v in perception.landmarks.state_dict().items()}
+    perception.load_state_dict(begun | own)  # of before there was such a head
     return perception
 
 
@@ -383,7 +411,7 @@ def save(perception: Perception, init: Path, output: Path, learned_share: float 
     (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models"), as `output/model.safetensors`."""
     weights = load_file(init / "model.safetensors")
     for name, value in perception.state_dict().items():
-        before = weights[PREFIX + name]
+        before = weights.get(PREFIX + name, value)
         learned = value.detach().to("cpu", before.dtype)
         weights[PREFIX + name] = torch.lerp(before, learned, learned_share).contiguous()
     save_file(weights, output / "draft.tmp", metadata={"format": "pt"})
@@ -408,6 +436,7 @@ def main() -> None:
     parser.add_argument("--strange-share", type=float, default=0.2, help="how often things have an unknown name")
     parser.add_argument("--things-every", type=int, default=1, help="one step in so many asks for other things too")
     parser.add_argument("--learned-share", type=float, default=1.0, help="how far weights go from what they were")
+    parser.add_argument("--only-landmarks", action="store_true", help="only where pieces of furniture are is learned")
     parser.add_argument("--keep-faces", action="store_true", help="the head that tells faces (train_faces.py) stays")
     parser.add_argument("--report-s", type=float, default=10.0)
     parser.add_argument("--decoders", type=int, default=multiprocessing.cpu_count())
@@ -426,6 +455,8 @@ def main() -> None:
     if args.word_dropout is not None:
         perception.text.word_dropout = args.word_dropout
     perception.faces.requires_grad_(not args.keep_faces)
+    if args.only_landmarks:
+        perception.requires_grad_(False).landmarks.requires_grad_(True)
     features = perception.text.features
     reworder = Reworder(load_rewording(), features)
     strangers = Strangers(reworder.lexicon, [piece for piece in features.pieces if piece.isalpha() and len(piece) > 3])
@@ -461,7 +492,11 @@ def main() -> None:
             group["lr"] = rate
         with in_half(device):
             with_things = step % args.things_every == 0
-            loss, figures = frames.loss(perception, frames.draw(args.batch), args.mirror_share, with_things)
+            drawn = frames.draw(args.batch)
+            if args.only_landmarks:
+                loss, figures = frames.landmark_loss(perception, drawn, args.mirror_share)
+            else:
+                loss, figures = frames.loss(perception, drawn, args.mirror_share, with_things)
         optimizer.zero_grad(set_to_none=True)
         loss.mean().backward()
         _average_gradients(trained, world)

@@ -17,9 +17,10 @@ from hv_policy.belief.camera import project
 from hv_policy.belief.floor_map import cells_of
 from hv_policy.belief.floor_patch import patch_points, write_patch
 from hv_policy.belief.labels import LABELS
+from hv_policy.belief.landmark_head import GAP_M, Piece
 from hv_policy.belief.perception import GOAL_QUERY, OBJECT_QUERY, measurement_loss
 from hv_policy.belief.perception_loss import perception_loss
-from hv_policy.belief.places import GOAL, OBJECT, PICK, PLACE, to_frame
+from hv_policy.belief.places import GOAL, OBJECT, PICK, PLACE, SPAN, to_frame
 from hv_policy.belief.stands import Stand
 from hv_policy.belief.student import LIFTED_S, BeliefNetwork
 from hv_policy.decision.view import Phase
@@ -589,3 +590,26 @@ def test_the_middle_of_the_room_is_taken_from_the_map(states):
     following._find_middle(reworder, both)
     torch.testing.assert_close(belief.places[0, GOAL][:2], torch.tensor([0.5, 1.5]), atol=0.1, rtol=0)
     assert torch.equal(belief.places[1], known[1])
+
+
+def test_a_goal_beside_a_piece_of_furniture_follows_from_the_piece(states, monkeypatch):
+    policy = make_believer()
+    network, asked = policy.student.network, []
+
+    def find_pieces(sight, named):
+        asked.append(named.shape)
+        n = len(named)
+        one = torch.ones(n, 1)
+        front = torch.tensor([0.0, -1.0]).expand(n, 1, 2)  # looks to the robot's right
+        half = torch.tensor([0.3, 0.6, 0.4]).expand(n, 1, 3)
+        return Piece(torch.tensor([2.0, 1.0]).expand(n, 1, 2), half, front, -5.0 * one, 5.0 * one)
+
+    monkeypatch.setattr(network.perception, "find_pieces", find_pieces)
+    tasks = ["Put the lamp just to the left of the sofa.", "Put the lamp on the floor."]
+    frames = frames_of(states[:1])
+    roll(policy, frames, [tasks])
+    goal = policy.student.following.belief.now()[0][0, GOAL]
+    beside = GAP_M + float(policy.student.following.belief.places[0, SPAN].norm().clamp(0.1, 0.22))
+    # who looks at its front has its own right hand, -x here, at the left
+    torch.testing.assert_close(goal[:2], torch.tensor([2.0 - 0.6 - beside, 1.0]), atol=0.1, rtol=0)
+    assert asked == [(1, 1, network.perception.queries.shape[1])]
