@@ -14,6 +14,7 @@ import numpy as np
 from scipy import ndimage
 
 from hv_sim.furniture import FURNITURE_KINDS
+from hv_sim.furniture_kinds.made_up import COUNT, made_up_piece_name
 from hv_sim.parts import prisms
 from hv_sim.paths import ROBOT_RADIUS_M, OccupancyGrid, occupancy_grid
 from hv_sim.rooms import ROOM_KINDS
@@ -25,6 +26,8 @@ HELD_OUT = range(100, 200)
 STAND_M = 0.45
 """How far from the edge of a piece a robot stands to use its top."""
 
+_MADE_UP_SHARE = 0.3
+"""Of the pieces along the walls of plans that come after those that are held out."""
 _FRONT_ZONE_M = 0.95
 _GAP_M = 0.06
 _ATTEMPTS = 400
@@ -131,7 +134,10 @@ class _Draft:
         return str(self.rng.choice(allowed))
 
     def against_wall(self, kind: str, walls: Sequence[str] = ("north", "east", "south", "west")) -> bool:
-        """Puts a piece somewhere along a wall, its front to the room."""
+        """Puts a piece, in rooms to practise in now and then a made-up one, somewhere along a wall, its front to the
+        room."""
+        if self.index >= HELD_OUT.stop and self.rng.random() < _MADE_UP_SHARE:
+            kind = made_up_piece_name(int(self.rng.integers(COUNT)))
         depth, width, _ = FURNITURE_KINDS[kind].size_m
         x, y = self.size[0] / 2, self.size[1] / 2
         for _ in range(30):

@@ -6,14 +6,16 @@ A piece's frame lies on the floor under the middle of its footprint; its front f
 from __future__ import annotations
 
 from hv_sim.furniture_kinds.bedroom import BEDROOM
-from hv_sim.furniture_kinds.kind import FurnitureKind, Size
+from hv_sim.furniture_kinds.kind import Size
 from hv_sim.furniture_kinds.kitchen import KITCHEN
 from hv_sim.furniture_kinds.living import LIVING
+from hv_sim.furniture_kinds.made_up import COUNT, PREFIX, made_up_piece
 from hv_sim.furniture_kinds.warehouse import WAREHOUSE
+from hv_sim.kinds import Kinds
 from hv_sim.parts import COLORS, Part
 
-FURNITURE_KINDS: dict[str, FurnitureKind] = {**LIVING, **BEDROOM, **KITCHEN, **WAREHOUSE}
-"""Kinds that a task file may name."""
+FURNITURE_KINDS = Kinds({**LIVING, **BEDROOM, **KITCHEN, **WAREHOUSE}, PREFIX, COUNT, made_up_piece)
+"""Kinds that a task file may name: those of the package, and made-up ones (`hv_sim.furniture_kinds.made_up`)."""
 
 
 def build_furniture(kind: str, size_m: Size | None = None, color: str | None = None) -> list[Part]:

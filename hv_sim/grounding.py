@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from hv_sim.furniture import FURNITURE_KINDS
+from hv_sim.furniture_kinds.made_up import NOUNS as MADE_UP_PIECES
 from hv_sim.lexicon import (
     COLOR_WORDS,
     EVERYDAY_WORDS,
@@ -165,7 +166,7 @@ def _adjectives() -> str:
 
 @functools.cache
 def _phrases() -> re.Pattern[str]:
-    nouns = {n.lower() for k in OBJECT_KINDS for n in object_nouns(k)} | set(MADE_UP_NOUNS)
+    nouns = {n.lower() for k in OBJECT_KINDS for n in object_nouns(k)} | {*MADE_UP_NOUNS, *MADE_UP_PIECES}
     nouns |= {n.lower() for k in FURNITURE_KINDS for n in furniture_nouns(k)}
     alone = {phrase for phrase, relation in _relations().items() if relation in WITHOUT_LANDMARK}
     before = _relations().keys() - alone

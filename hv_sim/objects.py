@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hv_sim.kinds import Kinds
 from hv_sim.lying_grasps import first_hit_m
 from hv_sim.object_kinds.containers import CONTAINERS
 from hv_sim.object_kinds.decor import DECOR
@@ -19,7 +20,7 @@ from hv_sim.object_kinds.electronics import ELECTRONICS
 from hv_sim.object_kinds.kind import ObjectKind
 from hv_sim.object_kinds.kitchenware import KITCHENWARE
 from hv_sim.object_kinds.luggage import LUGGAGE
-from hv_sim.object_kinds.made_up import made_up_kind, made_up_number
+from hv_sim.object_kinds.made_up import COUNT, PREFIX, made_up_kind
 from hv_sim.object_kinds.seats import SEATS
 from hv_sim.object_kinds.small_tables import SMALL_TABLES
 from hv_sim.object_kinds.soft import SOFT
@@ -208,19 +209,6 @@ PACKAGED_KINDS: dict[str, ObjectKind] = {
 }  # fmt: skip
 """Kinds that come with the package."""
 
-
-class ObjectKinds(dict[str, ObjectKind]):
-    """Kinds by their names; those that are made up (`hv_sim.object_kinds.made_up`) are found, too, but not listed."""
-
-    def __missing__(self, name: str) -> ObjectKind:
-        number = made_up_number(name)
-        if number is None:
-            raise KeyError(name)
-        return made_up_kind(number)
-
-    def __contains__(self, name: object) -> bool:
-        return super().__contains__(name) or (isinstance(name, str) and made_up_number(name) is not None)
-
-
-OBJECT_KINDS = ObjectKinds({**user_kinds(), **PACKAGED_KINDS})
-"""Kinds that a task file may name: those of the package, the user's own (`hv_sim.user_objects`), and made-up ones."""
+OBJECT_KINDS = Kinds({**user_kinds(), **PACKAGED_KINDS}, PREFIX, COUNT, made_up_kind)
+"""Kinds that a task file may name: those of the package, the user's own (`hv_sim.user_objects`), and made-up
+ones (`hv_sim.object_kinds.made_up`)."""

@@ -406,7 +406,7 @@ _ROOM: dict[str, Reader] = {
 }
 _ROBOT: dict[str, Reader] = {"position_m": vector(_FAR, _FAR), "yaw_rad": _YAW}
 _FURNITURE: tuple[dict[str, Reader], dict[str, Reader]] = (
-    {"name": name, "kind": one_of(tuple(FURNITURE_KINDS), "kind of furniture"), "position_m": vector(_FAR, _FAR)},
+    {"name": name, "kind": one_of(FURNITURE_KINDS, "kind of furniture"), "position_m": vector(_FAR, _FAR)},
     {"yaw_rad": _YAW, "size_m": _SIZE, "color": _COLOR},
 )
 _OBJECT: tuple[dict[str, Reader], dict[str, Reader]] = (

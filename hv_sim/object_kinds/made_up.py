@@ -8,7 +8,6 @@ models for robotic grasping").
 
 from __future__ import annotations
 
-import re
 from functools import cache
 from itertools import pairwise
 
@@ -34,7 +33,6 @@ NOUNS = (
     "sprinkler", "trellis", "hay bale", "anchor", "life buoy", "oar", "lobster trap", "fish trap", "net float",
     "surf board",
 )  # fmt: skip
-_NAME = re.compile(rf"{PREFIX}(\d{{4}})")
 _MATERIALS = ("matte", "matte", "gloss", "metal", "wood", "fabric")
 _MOST_SEEN = 18
 """Parts of an object that are only looked at; a scene has room for so many."""
@@ -44,12 +42,6 @@ _DARK: Color = (0.08, 0.08, 0.09)
 def made_up_name(number: int) -> str:
     """What made-up kind number `number` is called in a task."""
     return f"{PREFIX}{number:04d}"
-
-
-def made_up_number(name: str) -> int | None:
-    """Which made-up kind a name names, None if none."""
-    found = _NAME.fullmatch(name)
-    return int(found[1]) if found and int(found[1]) < COUNT else None
 
 
 @cache

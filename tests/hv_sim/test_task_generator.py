@@ -6,6 +6,8 @@ from hv_policy.text_encoder import split_words
 from hv_scripts.task_jobs import generate_suite, is_solvable
 from hv_sim.floor_plans import HELD_OUT, floor_plan
 from hv_sim.furniture import FURNITURE_KINDS
+from hv_sim.furniture_kinds.made_up import NOUNS as PIECE_NOUNS
+from hv_sim.lexicon import furniture_nouns, usable
 from hv_sim.object_kinds.made_up import NOUNS
 from hv_sim.objects import OBJECT_KINDS
 from hv_sim.rooms import ROOM_KINDS
@@ -65,7 +67,9 @@ def test_practice_has_plans_that_no_suite_has_and_words_of_the_seen_tasks():
     assert drawn[5] == draw_task("practice", 5)
     known = {word for task in load_suite("seen") for s in task.subtasks for p in s.phrasings for word in split_words(p)}
     words = {word for task in drawn for s in task.subtasks for p in s.phrasings for word in split_words(p)}
-    assert words <= known | {word for noun in NOUNS for word in split_words(noun)}
+    usual = [noun for kind in FURNITURE_KINDS for noun in usable(furniture_nouns(kind), unseen=False)]
+    nouns = [*NOUNS, *PIECE_NOUNS, *usual]
+    assert words <= known | {word for noun in nouns for word in split_words(noun)}
     assert not any(OBJECT_KINDS[o.kind].held_out for task in drawn for o in task.objects)
     plans = {floor_plan(kind, i).furniture for kind in ROOM_KINDS for i in (*SEEN_PLANS, *UNSEEN_PLANS)}
     assert not {task.furniture for task in drawn} & plans
