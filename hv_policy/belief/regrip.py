@@ -71,7 +71,7 @@ def still_held(body: BodyState, phase: Tensor, from_hands: Tensor) -> tuple[Tens
     return holds & (share < EMPTY_SHARE), holds & (share > HELD_SHARE)
 
 
-def felt(places: Tensor, body: BodyState, phase: Tensor) -> Tensor:
+def as_wide_as_felt(places: Tensor, body: BodyState, phase: Tensor) -> Tensor:
     """(N, 21) places in which the object is not wider than there is room for between the hands that press or hold it.
 
     How wide a thing is of a kind that was never seen is a guess; hands that press where it should end, and is not,

@@ -40,7 +40,7 @@ from hv_policy.belief.places import (
     unsquash,
 )  # fmt: skip
 from hv_policy.belief.refusals import Refusals
-from hv_policy.belief.regrip import LEVELS, closed_on_little, felt, next_try, regripped, still_held
+from hv_policy.belief.regrip import LEVELS, as_wide_as_felt, closed_on_little, next_try, regripped, still_held
 from hv_policy.belief.room_middle import room_middle
 from hv_policy.belief.task_places import leg_is_done, view_of
 from hv_policy.belief.wayfinder import Wayfinder
@@ -276,7 +276,7 @@ class Following:
         self.blind_steps += 1
         self.blind_steps[looks] = 1
         places_h, log_spread = self.belief.now()
-        places_h = felt(regripped(places_h, self.slips, lies(self._attitude)), body, phase)
+        places_h = as_wide_as_felt(regripped(places_h, self.slips, lies(self._attitude)), body, phase)
         searches = self._searches(log_spread) & ~self.wayfinder.steps_back
         remembered = self.memory.clone()
         intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))

@@ -16,8 +16,8 @@ from hv_policy.belief.regrip import (
     NARROWEST_M,
     WIDE_M,
     WIDER_M,
+    as_wide_as_felt,
     closed_on_little,
-    felt,
     next_try,
     regripped,
     still_held,
@@ -139,11 +139,11 @@ def test_hands_that_press_feel_how_wide_a_thing_is_at_most():
     pos[:, HANDS[1], 1] = apart
     body = BodyState(pos, torch.eye(3).expand(5, 15, 3, 3), torch.zeros(5, 15, 3), torch.zeros(5, 15, 3))
     phases = torch.tensor([Phase.SQUEEZE, Phase.CARRY, Phase.REACH, Phase.LIFT, Phase.LOWER]).long()
-    out = felt(places, body, phases)
+    out = as_wide_as_felt(places, body, phases)
     room, narrowest = 0.24 - 2 * HAND_RADIUS_M, NARROWEST_M - 2 * HAND_RADIUS_M
     torch.testing.assert_close(
         2 * out[:, SPAN].norm(dim=-1), torch.tensor([room, room, width, width, narrowest])
     )
     others = [i for i in range(21) if not SPAN.start <= i < SPAN.stop]
     assert torch.equal(out[:, others], places[:, others])
-    assert torch.equal(felt(places, body, torch.full((5,), int(Phase.REACH))), places)
+    assert torch.equal(as_wide_as_felt(places, body, torch.full((5,), int(Phase.REACH))), places)
