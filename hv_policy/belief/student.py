@@ -68,9 +68,10 @@ seems nearer than it is, and higher, for where arms do so it mostly hangs. And i
 in the hands hides a part."""
 _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
-UNSEEN_M, SURE_OF_PIECE_M, OBJECT_HALF_M = 30.0, 0.5, (0.1, 0.22)
-"""How far off a goal may be, for what is said of a piece of furniture that is not in the picture; from which deviation
-down it is sure of the piece; and what half of an object's width may be."""
+SEEN_PIECE, SURE_OF_PIECE_M, PIECE_DOUBT, OBJECT_HALF_M = 0.95, 0.55, 1.5, (0.1, 0.22)
+"""What a picture says of a piece of furniture counts where that is in it as surely as this, and up to this deviation (of
+others in rooms never seen two thirds are over a metre off); by how much more than that it is off there; and what half
+of an object's width may be."""
 GOAL_XY = slice(GOAL.start, GOAL.start + 2)
 _HALF = math.log(0.5)
 MIDDLE_SPREAD_M = 0.2
@@ -394,11 +395,11 @@ class Following:
         offsets = named.new_tensor([OFFSETS[told[row][0]] for row in chosen])[:, None]
         half = self.belief.places[ids[rows], SPAN].norm(dim=-1).clamp(*OBJECT_HALF_M)
         spot = piece.spot(offsets, half.to(named)[:, None])[:, 0].cpu()
-        deviation = piece.log_spread[:, 0].exp().where(piece.seen[:, 0] > 0, UNSEEN_M).cpu()[:, None]
-        share = 1 / (1 + (deviation / spread[rows, GOAL_XY]).square())
+        deviation, there = piece.log_spread[:, :1].exp().cpu(), piece.seen[:, 0].sigmoid().cpu() > SEEN_PIECE
+        sure = there & (deviation[:, 0] < SURE_OF_PIECE_M)
+        share = sure[:, None] / (1 + (PIECE_DOUBT * deviation / spread[rows, GOAL_XY]).square())
         places[rows, GOAL_XY] += share * (spot - places[rows, GOAL_XY])
         spread[rows, GOAL_XY] *= (1 - share).sqrt()
-        sure = deviation[:, 0] < SURE_OF_PIECE_M
         seen.pointing[rows, GOAL_QUERY, 0] += torch.where(sure, _HALF, 0.0)
 
     def _named(self, network: BeliefNetwork, noun: str) -> Tensor:
