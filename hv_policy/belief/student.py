@@ -69,9 +69,9 @@ in the hands hides a part."""
 _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
 SEEN_PIECE, SURE_OF_PIECE_M, PIECE_DOUBT, OBJECT_HALF_M = 0.95, 0.55, 1.5, (0.1, 0.22)
-"""What a picture says of a piece of furniture counts where that is in it as surely as this, and up to this deviation (of
-others in rooms never seen two thirds are over a metre off); by how much more than that it is off there; and what half
-of an object's width may be."""
+"""What a picture says of a piece of furniture counts where that is in it as surely as this, and up to this deviation
+(two thirds of the others in rooms never seen are over a metre off); by how much more it is off there than it says; and
+what half of an object's width may be."""
 GOAL_XY = slice(GOAL.start, GOAL.start + 2)
 _HALF = math.log(0.5)
 MIDDLE_SPREAD_M = 0.2
