@@ -16,7 +16,18 @@ from torch import Tensor
 
 from hv_policy.belief.attitude import STANDS, turned_attitude
 from hv_policy.belief.outline import COMPASS_DIM, OUTLINE_DIM, turned_outline
-from hv_policy.belief.places import GOAL, GROUPS, MIDDLE, OBJECT, PLACES_DIM, SPAN, from_frame, stretch, to_frame
+from hv_policy.belief.places import (
+    GOAL,
+    GOAL_XY,
+    GROUPS,
+    MIDDLE,
+    OBJECT,
+    PLACES_DIM,
+    SPAN,
+    from_frame,
+    stretch,
+    to_frame,
+)
 from hv_policy.motor import embodiment
 from hv_policy.motor.embodiment import CONTROL_DT_S
 from hv_policy.motor.kinematics import Array, as_arrays
@@ -31,7 +42,7 @@ for _number, _group in enumerate(GROUPS):
 _OF_OBJECT = [i for i, g in enumerate(GROUPS) if g.start in (0, 2, 6, 8, 9, 11, 12, 14)]
 """Groups that are settled anew when the object was lost: the object, how to hold it, and where to stand for that."""
 _HELD_STARTS = (SPAN.start, MIDDLE.start)
-_GOAL_XY = next(i for i, g in enumerate(GROUPS) if g.start == GOAL.start)
+_GOAL_GROUP = GROUPS.index(GOAL_XY)
 _OF_GOAL = [i for i, g in enumerate(GROUPS) if g.start in (3, 5)]
 
 
@@ -158,8 +169,8 @@ class Belief:
 
     def know_goal(self, env: int, xy: Tensor, deviation_m: float) -> None:
         """Environment `env` knows where its goal is, (2,) in the frame of `pose`."""
-        self.places[env, GOAL.start : GOAL.start + 2] = xy
-        self.variance[env, _GOAL_XY] = deviation_m**2
+        self.places[env, GOAL_XY] = xy
+        self.variance[env, _GOAL_GROUP] = deviation_m**2
 
     def disbelieve(self, ids: Tensor, place: slice) -> None:
         """Environments `ids` (n,) looked where `place` (`OBJECT` or `GOAL`) should be, and it was not there."""

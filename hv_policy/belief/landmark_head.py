@@ -35,6 +35,8 @@ OFFSETS: dict[str, tuple[float, float, float, float]] = {
 }
 """Relation (`hv_policy.rewording.RELATIONS`) -> where its spot is from the middle of a piece, toward its front and to
 its own left: in half extents, and in how far the middle of what stands beside a piece is from that."""
+_LEARNED = ("on_left", "on_right", "left_of", "right_of", "in_front_of", "behind")
+"""Relations whose spots the head is judged by."""
 _HEADS, _WIDTH, _HIDDEN = 6, 96, 192
 _USUAL_HALF_M = (0.25, 0.5, 0.45)
 _LEAST_LOG_SPREAD, _MOST_LOG_SPREAD = -4.0, 1.5
@@ -133,7 +135,7 @@ def landmark_loss(piece: Piece, boxes: Tensor, in_view: Tensor, has_name: Tensor
     nothing = torch.zeros_like(piece.seen)
     truth = Piece(boxes[..., :2], boxes[..., 3:6], front, nothing, nothing)
     half = boxes.new_tensor(_OBJECT_HALF_M)
-    offsets = [boxes.new_tensor(OFFSETS[name]) for name in ("on_left", "on_right", *list(OFFSETS)[4:7], "behind")]
+    offsets = [boxes.new_tensor(OFFSETS[name]) for name in _LEARNED]
     apart = [(piece.spot(o, half) - truth.spot(o, half)).square().sum(-1).add(1e-6).sqrt() for o in offsets]
     wrong = torch.stack(apart).mean(0)
     likely = (wrong / piece.log_spread.exp() + piece.log_spread) * (0.5 * piece.log_spread.detach()).exp()

@@ -16,6 +16,8 @@ from hv_policy.motor.kinematics import Array, as_arrays
 
 OBJECT, GOAL = slice(0, 3), slice(3, 6)
 """Where the object asked for and its goal are, m."""
+GOAL_XY = slice(3, 5)
+"""Where the goal is on the floor."""
 SPAN, MIDDLE = slice(6, 9), slice(9, 12)
 """Half the way from where the right hand should hold the object to where the left one should, and where the middle
 between the two is relative to the object, m."""

@@ -27,6 +27,7 @@ from hv_policy.belief.perception_loss import Truth, perception_loss, read_things
 from hv_policy.belief.places import (
     AWAY,
     GOAL,
+    GOAL_XY,
     IS_LAST,
     MIDDLE,
     OBJECT,
@@ -72,7 +73,6 @@ SEEN_PIECE, SURE_OF_PIECE_M, PIECE_DOUBT, OBJECT_HALF_M = 0.95, 0.55, 1.5, (0.1,
 """What a picture says of a piece of furniture counts where that is in it as surely as this, and up to this deviation
 (two thirds of the others in rooms never seen are over a metre off); by how much more it is off there than it says; and
 what half of an object's width may be."""
-GOAL_XY = slice(GOAL.start, GOAL.start + 2)
 _HALF = math.log(0.5)
 MIDDLE_SPREAD_M = 0.2
 """Deviation of the middle of the room from what the map shows."""

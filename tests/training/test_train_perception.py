@@ -150,12 +150,17 @@ def packed(tmp_path_factory):
     return folder
 
 
-def test_what_is_learned_in_half_precision_is_what_is_learned_in_full(trainer, packed):
+def shipped_and_frames(trainer, packed):
     perception = trainer.load_perception(SHIPPED_STUDENT).eval()
     frames = trainer.Frames(trainer.Phrases(perception.text))
     with ThreadPool(1) as pool:
         for file in sorted(packed.glob("*.npz")):
             frames.add(file, trainer.read_file(file, pool))
+    return perception, frames
+
+
+def test_what_is_learned_in_half_precision_is_what_is_learned_in_full(trainer, packed):
+    perception, frames = shipped_and_frames(trainer, packed)
     gradients = []
     for half in (False, True):
         torch.manual_seed(3)
@@ -168,11 +173,7 @@ def test_what_is_learned_in_half_precision_is_what_is_learned_in_full(trainer, p
 
 
 def test_what_stays_as_it_is_costs_nothing(trainer, packed):
-    perception = trainer.load_perception(SHIPPED_STUDENT).eval()
-    frames = trainer.Frames(trainer.Phrases(perception.text))
-    with ThreadPool(1) as pool:
-        for file in sorted(packed.glob("*.npz")):
-            frames.add(file, trainer.read_file(file, pool))
+    perception, frames = shipped_and_frames(trainer, packed)
     losses, figures = [], []
     for trains in (True, False):
         torch.manual_seed(3)

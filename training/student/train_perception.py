@@ -303,8 +303,7 @@ class Frames:
             names = self._naming(flip, False)(row["box_name"].where(has_name, self._nothing))
             tokens, is_word, number = self.phrases.read(names)
             sight, named = perception.look(pictures, state), perception.named(tokens, is_word)[number]
-        loss, figures = pieces_loss(perception, sight, named, boxes, shown.in_view, has_name)
-        return loss, figures
+        return pieces_loss(perception, sight, named, boxes, shown.in_view, has_name)
 
     def _shown(
         self, rows: Tensor, mirror_share: float, recolour: bool
@@ -400,9 +399,7 @@ def load_perception(folder: Path) -> Perception:
     texts = config["vocabulary"], config["max_words"], config["word_dropout"]
     perception = Perception(size, config["image_size"], *texts)
     weights = load_file(folder / "model.safetensors")
-    own = {k.removeprefix(PREFIX): v for k, v in weights.items() if k.startswith(PREFIX)}
-    begun = {f"landmarks.{k}": v for k, v in perception.landmarks.state_dict().items()}
-    perception.load_state_dict(begun | own)  # of before there was such a head
+    perception.load_state_dict({k.removeprefix(PREFIX): v for k, v in weights.items() if k.startswith(PREFIX)})
     return perception
 
 
@@ -411,7 +408,7 @@ def save(perception: Perception, init: Path, output: Path, learned_share: float 
     (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models"), as `output/model.safetensors`."""
     weights = load_file(init / "model.safetensors")
     for name, value in perception.state_dict().items():
-        before = weights.get(PREFIX + name, value)
+        before = weights[PREFIX + name]
         learned = value.detach().to("cpu", before.dtype)
         weights[PREFIX + name] = torch.lerp(before, learned, learned_share).contiguous()
     save_file(weights, output / "draft.tmp", metadata={"format": "pt"})
