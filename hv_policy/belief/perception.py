@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import torch
 import torch.nn.functional as F
@@ -63,6 +63,10 @@ class Sight:
     rays: Tensor  # (B, T, RAY_DIM) where they look at
     keys: Tensor  # (B, T, dim) what is compared with what is looked for
     fine: Tensor  # (B, channels, H, W) finer features
+
+    def of(self, rows: Tensor) -> Sight:
+        """In some of the pictures."""
+        return Sight(*(getattr(self, f.name)[rows] for f in fields(self)))
 
 
 @dataclass

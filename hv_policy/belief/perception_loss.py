@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from hv_policy.belief.absent_names import NAMES_ASKED, are_absent, noun_at
 from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.faces_head import faces_loss
 from hv_policy.belief.floor import POINTS_A_PICTURE, points_to_learn
@@ -36,9 +38,11 @@ THINGS_WEIGHT, SPOTS_WEIGHT, FLOOR_WEIGHT, OTHER_WEIGHT, PIECES_WEIGHT = 0.3, 0.
 _OF_OTHERS = [0, 1, 2, 3, 4]
 """Of a place: what is known of another task's. How high its goal is depends on the object."""
 THINGS_ASKED = 2
-OUT_OF_VIEW_SHARE = 0.15
+OUT_OF_VIEW_SHARE = 0.3
 """So many of the things that are not in a picture are asked for in it; those that are, all of them."""
-PIECES_ASKED, LARGE_M = 5, 0.3
+PIECES_ASKED, HIDDEN_ASKED, FOREIGN_ASKED, LARGE_M = 4, 2, 2, 0.3
+"""Pieces whose boxes are asked for in a picture: mostly such as are in view and large, such as are elsewhere in the
+room, and such as are not in it."""
 NAMELESS = "nothing"
 _NEAR_M = 1.5
 
@@ -82,7 +86,9 @@ class Things:
     names: Tensor  # (D, L, dim), D different names, read by `Perception.text`
     is_word: Tensor  # (D, L) bool
     which: Tensor  # (B, T) int64, numbers of names of things,
-    of_spots: Tensor  # (B, S) and of spots
+    of_spots: Tensor  # (B, S) of spots
+    foreign: Tensor  # (K,) and of things of other pictures
+    is_absent: Tensor  # (B, K) bool: nothing here may be called so
     other: OtherTask
 
 
@@ -116,6 +122,9 @@ def read_things(perception: Perception, state: Tensor, landmarks: Landmarks) -> 
     which = torch.tensor([number[name] for name in thing_names], device=device).view_as(exists)
     has_name = torch.tensor([bool(name) for name in thing_names], device=device).view_as(exists)
     of_spots = torch.tensor([number[name] for name in landmarks.spot_names], device=device).view(len(which), -1)
+    foreign = which[has_name][torch.randperm(int(has_name.sum()), device=device)[:NAMES_ASKED]]
+    nouns = _nouns(perception, distinct).to(device)
+    is_absent = are_absent(nouns[foreign], nouns[which], has_name)
     spots, there = landmarks.spots.to(device), landmarks.spot_exists.to(device)
     known = torch.tensor([bool(name) for name in landmarks.names], device=device).view_as(exists)
     thing, spot, another, shape, possible = choose_tasks(known, shown.in_view, boxes[..., 3:6], there)
@@ -130,7 +139,13 @@ def read_things(perception: Perception, state: Tensor, landmarks: Landmarks) -> 
     ]
     words, is_told = perception.text(texts)
     other = OtherTask(words, is_told, possible, boxes[rows, thing], spots[rows, spot])
-    return Things(shown, boxes, has_name, spots, there, names, is_word, which, of_spots, other)
+    return Things(shown, boxes, has_name, spots, there, names, is_word, which, of_spots, foreign, is_absent, other)
+
+
+def _nouns(perception: Perception, names: Sequence[str]) -> Tensor:
+    """(D, F) what the nouns of D names mean."""
+    lines = perception.text.words_of(names)
+    return torch.stack([perception.text.features.of(words)[noun_at(words)] for words in lines])
 
 
 def perception_loss(
@@ -151,7 +166,7 @@ def perception_loss(
         things: what else is to be seen.
     """
     sight = perception.look(pictures, state)
-    seen, naming = _seen(perception, sight, state, words, is_word, things)
+    seen, naming, of_pieces = _seen(perception, sight, state, words, is_word, things)
     places = truth.places
     seeing, pointing = measurement_loss(seen, places), pointing_loss(seen, state, places)
     outline = outline_loss(seen, truth.rotation_6d, truth.half_extents_m)
@@ -183,7 +198,7 @@ def perception_loss(
     if things is None:
         return loss, figures
     other, more = _other_loss(perception, sight, state, things.other)
-    return loss + OTHER_WEIGHT * other, figures | more
+    return loss + OTHER_WEIGHT * other, figures | of_pieces | more
 
 
 def _other_loss(
@@ -220,54 +235,79 @@ def _floor_loss(perception: Perception, sight: Sight, state: Tensor, truth: Trut
 
 def _seen(
     perception: Perception, sight: Sight, state: Tensor, words: Tensor, is_word: Tensor, things: Things | None
-) -> tuple[Measurement, Tensor]:
-    """What the pictures say, and (B,) how wrong it is what their parts show, and where named spots are."""
+) -> tuple[Measurement, Tensor, dict[str, Tensor]]:
+    """What the pictures say; (B,) how wrong it is what their parts show, and where named spots are; and figures to
+    watch."""
     if things is None:
-        return perception.judge(sight, words, is_word), torch.zeros(len(state), device=state.device)
+        return perception.judge(sight, words, is_word), torch.zeros(len(state), device=state.device), {}
     shown, has_name, which = things.shown, things.has_name, things.which
-    looked_for = perception.named(things.names, things.is_word)[which]
-    named = naming_error(perception.name(sight, looked_for), shown.label, has_name)
-    # some of the things and of the spots are asked for as objects and goals are: whatever is near and in view is the
-    # object of most pictures of an attempt, but must not be for that
+    names = perception.named(things.names, things.is_word)
+    foreign = names[things.foreign].expand(len(which), -1, -1)
+    looked_for, asked = torch.cat([names[which], foreign], 1), torch.cat([has_name, things.is_absent], 1)
+    named = naming_error(perception.name(sight, looked_for), shown.label, asked)
+    # some of the things and of the spots are asked for as objects and goals are, and a thing that is not there:
+    # whatever is near and in view is the object of most pictures of an attempt, but must not be for that
     number_asked = min(THINGS_ASKED, which.shape[1])
     drawn = torch.rand(which.shape, device=state.device)
     chosen = (drawn + shown.in_view + 2 * has_name).topk(number_asked, 1).indices
-    asked_for = torch.cat([which.gather(1, chosen), things.of_spots], 1).flatten()
-    queries = [OBJECT_QUERY] * number_asked + [GOAL_QUERY] * things.spots.shape[1]
+    one = (torch.rand(things.is_absent.shape, device=state.device) + things.is_absent).argmax(1, keepdim=True)
+    asked_for = torch.cat([which.gather(1, chosen), things.foreign[one], things.of_spots], 1).flatten()
+    queries = [OBJECT_QUERY] * (number_asked + 1) + [GOAL_QUERY] * things.spots.shape[1]
     named_spots = NamedSpots(queries, things.names[asked_for], things.is_word[asked_for])
     seen = perception.judge(sight, words, is_word, named_spots)
-    there = torch.cat([has_name.gather(1, chosen), things.spot_exists], 1)
+    there = torch.cat([has_name.gather(1, chosen), things.is_absent.gather(1, one), things.spot_exists], 1)
     middles = things.boxes[..., :3].gather(1, chosen[..., None].expand(-1, -1, 3))
-    wrong = pointing_error(seen.spots, state, torch.cat([middles, things.spots], 1)) * there
+    nowhere = middles.new_tensor([-10.0, 0.0, 0.0]).expand(len(which), 1, 3)
+    wrong = pointing_error(seen.spots, state, torch.cat([middles, nowhere, things.spots], 1)) * there
     spots = wrong.sum(1) / there.sum(1).clamp(min=1)
-    pieces, _ = pieces_loss(perception, sight, looked_for, things.boxes, shown.in_view, has_name)
-    return seen, THINGS_WEIGHT * named + SPOTS_WEIGHT * spots + PIECES_WEIGHT * pieces
+    pieces, figures = pieces_loss(perception, sight, looked_for, things.boxes, shown.in_view, asked)
+    return seen, THINGS_WEIGHT * named + SPOTS_WEIGHT * spots + PIECES_WEIGHT * pieces, figures
 
 
 def pieces_loss(
-    perception: Perception, sight: Sight, named: Tensor, boxes: Tensor, in_view: Tensor, has_name: Tensor
+    perception: Perception, sight: Sight, named: Tensor, boxes: Tensor, in_view: Tensor, asked: Tensor
 ) -> tuple[Tensor, dict[str, Tensor]]:
-    """(B,) how wrong `Perception.find_pieces` is of a few things in each picture, most of them in view and large, and
-    figures to watch. What the picture is seen with does not learn from it.
+    """(B,) how wrong `Perception.find_pieces` is of a few things in each picture, and of some that are not there, and
+    figures to watch. What things are called does not change by it.
 
     Args:
         perception, sight: the network and what it sees.
-        named: (B, T, dim) what is looked for.
+        named: (B, T + K, dim) what is looked for: T things of each picture, and K that it may not show.
         boxes: (B, T, 7) of things.
-        in_view, has_name: (B, T) bool.
+        in_view: (B, T) bool.
+        asked: (B, T + K) bool; the others have no name, or may be there.
     """
-    drawn = torch.rand(has_name.shape, device=has_name.device) + in_view + 2 * has_name
-    drawn = drawn + 0.5 * (boxes[..., 3:6].amax(-1) > LARGE_M)
-    chosen = drawn.topk(min(PIECES_ASKED, drawn.shape[1]), 1).indices
+    foreign = asked.shape[1] - in_view.shape[1]
+    boxes, in_view = F.pad(boxes, (0, 0, 0, foreign)), F.pad(in_view, (0, foreign))
+    is_here = torch.arange(asked.shape[1], device=asked.device) < boxes.shape[1] - foreign
+    likely = torch.rand(asked.shape, device=asked.device) + 4 * asked
+    large = 0.5 * (boxes[..., 3:6].amax(-1) > LARGE_M)
+    chosen = torch.cat(
+        [
+            (likely + sign).topk(min(count, asked.shape[1]), 1).indices
+            for sign, count in (
+                (2 * in_view + large, PIECES_ASKED),
+                (2 * (is_here & ~in_view) + large, HIDDEN_ASKED),
+                (2 * ~is_here, FOREIGN_ASKED),
+            )
+        ],
+        1,
+    )
 
     def of(values: Tensor) -> Tensor:
         return values.gather(1, chosen.view(*chosen.shape, *[1] * (values.dim() - 2)).expand(-1, -1, *values.shape[2:]))
 
-    seen = Sight(sight.tokens.detach(), sight.rays, sight.keys.detach(), sight.fine)
-    shown, known, boxes = of(in_view), of(has_name), of(boxes)
-    loss, apart = landmark_loss(perception.find_pieces(seen, of(named).detach()), boxes, shown, known)
+    shown, known, boxes = of(in_view), of(asked), of(boxes)
+    found = perception.find_pieces(sight, of(named).detach())
+    loss, apart = landmark_loss(found, boxes, shown, known)
     near = shown & known & (boxes[..., :2].norm(dim=-1) < 2 * _NEAR_M)
-    return loss, {"piece_error_m": _median(apart[near])}
+    believed = found.seen.detach() > 0
+    figures = {
+        "piece_error_m": _median(apart[near]),
+        "pieces_missed": (~believed)[near].float().mean(),
+        "pieces_imagined": believed[known & ~shown].float().mean(),
+    }
+    return loss, figures
 
 
 def _median(values: Tensor) -> Tensor:

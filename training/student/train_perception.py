@@ -33,6 +33,7 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor
 
 from hv_policy.belief import mirror
+from hv_policy.belief.absent_names import NAMES_ASKED, are_absent, noun_at
 from hv_policy.belief.other_tasks import ALL_SHAPES, SLOTS, choose_tasks, parts_of
 from hv_policy.belief.perception import Perception
 from hv_policy.belief.perception_loss import NAMELESS, OtherTask, Shown, Things, Truth, perception_loss, pieces_loss
@@ -67,6 +68,8 @@ class Phrases:
         self.piece_count = torch.zeros(0, dtype=torch.long, device=self.device)
         self.mirrored = torch.zeros(0, dtype=torch.long, device=self.device)
         self.renamed = torch.zeros(0, dtype=torch.long, device=self.device)
+        self.nouns = torch.zeros(0, FEATURE_DIM, dtype=torch.float16, device=self.device)
+        """(P, FEATURE_DIM) what the noun of each, if it is a name, means."""
 
     def add(self, phrases: Sequence[str]) -> np.ndarray:
         """(P,) int64 rows of phrases; those in the mirror are added too."""
@@ -112,6 +115,7 @@ class Phrases:
             "owner": owner,
             "length": length,
             "piece_count": is_piece.sum(1),
+            "nouns": meanings[torch.arange(count), torch.tensor([noun_at(line) for line in lines])],
         }
         for name, more in grown.items():
             setattr(self, name, torch.cat([getattr(self, name), more]))
@@ -301,9 +305,18 @@ class Frames:
             shown = Shown.of(perception, state, boxes, row["exists"])
             has_name = row["has_name"] & shown.asked
             names = self._naming(flip, False)(row["box_name"].where(has_name, self._nothing))
-            tokens, is_word, number = self.phrases.read(names)
-            sight, named = perception.look(pictures, state), perception.named(tokens, is_word)[number]
-        return pieces_loss(perception, sight, named, boxes, shown.in_view, has_name)
+            foreign, is_absent = self._foreign(names, has_name)
+            tokens, is_word, number = self.phrases.read(torch.cat([names.flatten(), foreign]))
+            sight, distinct = perception.look(pictures, state), perception.named(tokens, is_word)
+            others = distinct[number[names.numel() :]].expand(len(names), -1, -1)
+            named = torch.cat([distinct[number[: names.numel()]].view(*names.shape, -1), others], 1)
+        return pieces_loss(perception, sight, named, boxes, shown.in_view, torch.cat([has_name, is_absent], 1))
+
+    def _foreign(self, names: Tensor, has_name: Tensor) -> tuple[Tensor, Tensor]:
+        """(K,) some of the names (B, T), and (B, K) bool whether nothing in a picture may be called so."""
+        known = names[has_name]
+        foreign = known[torch.randint(len(known), (NAMES_ASKED,), device=self.device)]
+        return foreign, are_absent(self.phrases.nouns[foreign], self.phrases.nouns[names], has_name)
 
     def _shown(
         self, rows: Tensor, mirror_share: float, recolour: bool
@@ -340,8 +353,18 @@ class Frames:
         shown = Shown.of(perception, state, boxes, row["exists"])
         has_name = row["has_name"] & shown.asked
         drawn = (torch.rand(spots.shape[:2], device=self.device) + row["spot_exists"]).topk(SPOTS_A_PICTURE, 1).indices
-        names = torch.cat([row["box_name"].where(has_name, self._nothing), row["spot_name"].gather(1, drawn)], 1)
-        tokens, is_word, number = self.phrases.read(named(names))
+        of_things = named(row["box_name"].where(has_name, self._nothing))
+        of_spots = named(row["spot_name"].gather(1, drawn))
+        foreign, is_absent = self._foreign(of_things, has_name)
+        tokens, is_word, number = self.phrases.read(torch.cat([of_things.flatten(), of_spots.flatten(), foreign]))
+        which, of_spots, foreign = (
+            part.view(shape)
+            for part, shape in zip(
+                number.split([of_things.numel(), of_spots.numel(), len(foreign)]),
+                (of_things.shape, of_spots.shape, foreign.shape),
+                strict=True,
+            )
+        )
         others = self._others(row, shown, named)
         return Things(
             shown,
@@ -351,8 +374,10 @@ class Frames:
             row["spot_exists"].gather(1, drawn),
             tokens,
             is_word,
-            number[:, : boxes.shape[1]],
-            number[:, boxes.shape[1] :],
+            which,
+            of_spots,
+            foreign,
+            is_absent,
             others,
         )
 
