@@ -118,6 +118,7 @@ class Perception(nn.Module):
         self.upright = nn.Linear(size.hidden, 1)
         self.faces = FacesHead()
         self.landmarks = LandmarkHead(dim)
+        self.movable = nn.Sequential(nn.Linear(dim, dim), nn.GELU(), nn.Linear(dim, 1))
         self.on_floor = nn.Linear(dim, 1)
         self.trust = nn.Parameter(torch.zeros(NUM_POINTED))
         self.floor = FloorHead(dim, size.channels[0], size.dim)
@@ -189,6 +190,10 @@ class Perception(nn.Module):
         shows = (logits[..., 1:] - logits[..., :1]).transpose(1, 2)
         return self.landmarks(sight.tokens, sight.rays, named, shows)
 
+    def find_movable(self, sight: Sight) -> Tensor:
+        """(B, T) logits of each part of a picture showing something that can be carried, whatever it is called."""
+        return self.movable(sight.tokens)[..., 0]
+
     def _pointed_at(self, queries: Tensor, found: Tensor) -> Tensor:
         """(B, NUM_POINTED, 2) where what is pointed at would be, squashed: between where its ray meets the floor
         and where it meets a table, as far as that is to be trusted. All else the network has to add."""
@@ -198,6 +203,9 @@ class Perception(nn.Module):
 
     def _pointing(self, queries: Tensor, sight: Sight) -> Tensor:
         scores = self.point_query(queries) @ sight.keys.transpose(1, 2)
+        # what an object is called may be new, that it can be carried is seen all the same
+        likely = F.logsigmoid(self.find_movable(sight))[:, None]
+        scores = torch.cat([scores[:, :1] + likely, scores[:, 1:]], 1)
         return torch.cat([self.nowhere(queries), scores], -1).log_softmax(-1)
 
 

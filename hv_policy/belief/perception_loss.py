@@ -43,6 +43,8 @@ OUT_OF_VIEW_SHARE = 0.3
 PIECES_ASKED, HIDDEN_ASKED, FOREIGN_ASKED, LARGE_M = 4, 2, 2, 0.3
 """Pieces whose boxes are asked for in a picture: mostly such as are in view and large, such as are elsewhere in the
 room, and such as are not in it."""
+MOVABLE_HALF_M, MOVABLE_WEIGHT = 0.24, 0.2
+"""Things to be moved are no wider than that, nearly all furniture is."""
 NAMELESS = "nothing"
 _NEAR_M = 1.5
 
@@ -261,7 +263,9 @@ def _seen(
     wrong = pointing_error(seen.spots, state, torch.cat([middles, nowhere, things.spots], 1)) * there
     spots = wrong.sum(1) / there.sum(1).clamp(min=1)
     pieces, figures = pieces_loss(perception, sight, looked_for, things.boxes, shown.in_view, asked)
-    return seen, THINGS_WEIGHT * named + SPOTS_WEIGHT * spots + PIECES_WEIGHT * pieces, figures
+    movable, more = movable_loss(perception, sight, shown.label, things.boxes)
+    loss = THINGS_WEIGHT * named + SPOTS_WEIGHT * spots + PIECES_WEIGHT * pieces + MOVABLE_WEIGHT * movable
+    return seen, loss, figures | more
 
 
 def pieces_loss(
@@ -308,6 +312,24 @@ def pieces_loss(
         "pieces_imagined": believed[known & ~shown].float().mean(),
     }
     return loss, figures
+
+
+def movable_loss(
+    perception: Perception, sight: Sight, label: Tensor, boxes: Tensor
+) -> tuple[Tensor, dict[str, Tensor]]:
+    """(B,) cross-entropy of `Perception.find_movable`, and how often that is wrong of either kind of part.
+
+    Args:
+        perception, sight: the network and what it sees.
+        label: (B, T) int64 which thing each part shows, -1 for none.
+        boxes: (B, J, 7) of the things.
+    """
+    can_be = boxes[..., 3:5].amax(-1) < MOVABLE_HALF_M
+    truth = can_be.gather(1, label.clamp(min=0)) & (label >= 0)
+    logits = perception.find_movable(sight)
+    loss = F.binary_cross_entropy_with_logits(logits, truth.float(), reduction="none").mean(1)
+    wrong = (logits.detach() > 0) != truth
+    return loss, {"movable_missed": wrong[truth].float().mean(), "movable_imagined": wrong[~truth].float().mean()}
 
 
 def _median(values: Tensor) -> Tensor:

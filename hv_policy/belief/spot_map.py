@@ -28,8 +28,9 @@ DOUBT = 0.1
 MOST_WEIGHT = 1.5
 """Of all pictures together; later ones count at the cost of earlier ones."""
 LEAST_DEVIATION_M, MOST_DEVIATION_M = 0.25, 1.0
-WITHIN_M, REJECTED_M = 0.9, 0.7
-"""What is so near to the likeliest place counts as there, and what is so near to a rejected one as rejected."""
+WITHIN_M, PEAK_M, REJECTED_M = 1.5, 0.6, 0.7
+"""What is so near to the likeliest place counts as there (pictures from afar are as vague), tells where that is, and
+is rejected with a place."""
 NOT_SEEN = 0.15
 """How likely it is where nobody has looked."""
 KNOWN = 0.9
@@ -154,9 +155,10 @@ def _likeliest(said: Array, weight: Array) -> tuple[float, float, float, float]:
         for j in range(CELLS):
             mean = said[i, j] / (weight[i, j] + DOUBT)
             aside, ahead = (i - at_i) * CELL_M, (j - at_j) * CELL_M
-            if math.hypot(aside, ahead) >= WITHIN_M:
+            apart = math.hypot(aside, ahead)
+            if apart >= WITHIN_M:
                 second = max(second, mean)
-            else:
+            elif apart < PEAK_M:
                 near = max(mean - 0.5 * best, 0.0)
                 mass += near
                 x += near * aside

@@ -28,10 +28,10 @@ PIECE_DOUBT, OBJECT_HALF_M = 1.5, (0.1, 0.22)
 """By how much more a piece of furniture is off than is said; and what half of an object's width may be."""
 AROUND_M = 0.6
 """Two places that are so near to each other are one."""
-TOO_SURE = 2.0
-"""Of what is in a picture with probability p by what the network says, this power of p was right in rooms never seen:
-.6 says .36, .9 says .85."""
-LIKELY, SURE = 0.5, 0.8
+TOO_SURE = (1.0, 2.0)
+"""Of goals that are in a picture with probability p, as the network says, about p squared were right in rooms never
+seen; of objects, p."""
+LIKELY, SURE = 0.5, 0.7
 """From the one share on it is believed to be at a place and no other, from the other on it is looked for no longer."""
 ELSEWHERE_M = 3.0
 """How far away it is if it is not there."""
@@ -117,7 +117,7 @@ class Whereabouts:
             found = Detections(looked.places[:, place][:, :2], looked.spread[:, place][:, :2].mean(1), there)
             found = Detections(*(torch.stack(pair, 1) for pair in zip(found.columns, beside.columns, strict=True)))
             found.deviation_m *= worse[:, query, None]
-            found.seen = found.seen.pow(TOO_SURE)
+            found.seen = found.seen.pow(TOO_SURE[query])
             for row in counts[:, query].nonzero()[:, 0].tolist():
                 env, of_row = int(ids[row]), found.of(row, 1 + (place == GOAL and has_piece[row]))
                 spots = self.maps[query]

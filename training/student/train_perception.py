@@ -36,7 +36,16 @@ from hv_policy.belief import mirror
 from hv_policy.belief.absent_names import NAMES_ASKED, are_absent, noun_at
 from hv_policy.belief.other_tasks import ALL_SHAPES, SLOTS, choose_tasks, parts_of
 from hv_policy.belief.perception import Perception
-from hv_policy.belief.perception_loss import NAMELESS, OtherTask, Shown, Things, Truth, perception_loss, pieces_loss
+from hv_policy.belief.perception_loss import (
+    NAMELESS,
+    OtherTask,
+    Shown,
+    Things,
+    Truth,
+    movable_loss,
+    perception_loss,
+    pieces_loss,
+)
 from hv_policy.belief.perception_size import PERCEPTIONS
 from hv_policy.half_precision import in_half
 from hv_policy.rewording import Lexicon, Reworder, load_rewording
@@ -295,10 +304,11 @@ class Frames:
         words, is_word, number = self.phrases.read(named(row["task"]))
         return perception_loss(perception, pictures, state, words[number], is_word[number], truth, things)
 
-    def landmark_loss(
+    def heads_loss(
         self, perception: Perception, rows: Tensor, mirror_share: float = 0.0
     ) -> tuple[Tensor, dict[str, Tensor]]:
-        """How wrong `Perception.find_pieces` is in rows (B,), as in `perception_loss`; nothing else is learned."""
+        """How wrong `Perception.find_pieces` and `find_movable` are in rows (B,), as in `perception_loss`; nothing else
+        is learned."""
         row, pictures, state, flip = self._shown(rows, mirror_share, perception.training)
         with torch.no_grad():
             boxes = row["boxes"]
@@ -310,7 +320,10 @@ class Frames:
             sight, distinct = perception.look(pictures, state), perception.named(tokens, is_word)
             others = distinct[number[names.numel() :]].expand(len(names), -1, -1)
             named = torch.cat([distinct[number[: names.numel()]].view(*names.shape, -1), others], 1)
-        return pieces_loss(perception, sight, named, boxes, shown.in_view, torch.cat([has_name, is_absent], 1))
+        asked = torch.cat([has_name, is_absent], 1)
+        pieces, figures = pieces_loss(perception, sight, named, boxes, shown.in_view, asked)
+        movable, more = movable_loss(perception, sight, shown.label, boxes)
+        return pieces + movable, figures | more
 
     def _foreign(self, names: Tensor, has_name: Tensor) -> tuple[Tensor, Tensor]:
         """(K,) some of the names (B, T), and (B, K) bool whether nothing in a picture may be called so."""
@@ -458,7 +471,9 @@ def main() -> None:
     parser.add_argument("--strange-share", type=float, default=0.2, help="how often things have an unknown name")
     parser.add_argument("--things-every", type=int, default=1, help="one step in so many asks for other things too")
     parser.add_argument("--learned-share", type=float, default=1.0, help="how far weights go from what they were")
-    parser.add_argument("--only-landmarks", action="store_true", help="only where pieces of furniture are is learned")
+    parser.add_argument(
+        "--only-heads", action="store_true", help="only where pieces of furniture are and what can be moved is learned"
+    )
     parser.add_argument("--keep-faces", action="store_true", help="the head that tells faces (train_faces.py) stays")
     parser.add_argument("--report-s", type=float, default=10.0)
     parser.add_argument("--decoders", type=int, default=multiprocessing.cpu_count())
@@ -477,8 +492,10 @@ def main() -> None:
     if args.word_dropout is not None:
         perception.text.word_dropout = args.word_dropout
     perception.faces.requires_grad_(not args.keep_faces)
-    if args.only_landmarks:
-        perception.requires_grad_(False).landmarks.requires_grad_(True)
+    if args.only_heads:
+        perception.requires_grad_(False)
+        for head in (perception.landmarks, perception.movable):
+            head.requires_grad_(True)
     features = perception.text.features
     reworder = Reworder(load_rewording(), features)
     strangers = Strangers(reworder.lexicon, [piece for piece in features.pieces if piece.isalpha() and len(piece) > 3])
@@ -515,8 +532,8 @@ def main() -> None:
         with in_half(device):
             with_things = step % args.things_every == 0
             drawn = frames.draw(args.batch)
-            if args.only_landmarks:
-                loss, figures = frames.landmark_loss(perception, drawn, args.mirror_share)
+            if args.only_heads:
+                loss, figures = frames.heads_loss(perception, drawn, args.mirror_share)
             else:
                 loss, figures = frames.loss(perception, drawn, args.mirror_share, with_things)
         optimizer.zero_grad(set_to_none=True)
