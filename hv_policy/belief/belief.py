@@ -69,8 +69,7 @@ class BeliefConfig:
         search_rad: how far the robot turns for that at most; then it walks to a place that is so far away,
         explore_m: and for
         explore_s: at most, and turns round there.
-        search_rounds: having turned round so many times for one instruction it goes by its best guess,
-        worth_a_look: or having done so once, if pictures say that it is there as likely as that.
+        search_rounds: having turned round so many times for one instruction it goes by its best guess.
         sure_m: an object is not reached for while its deviation is larger,
         align_within_m: a stand that is farther away is walked to, not aligned with.
         patience_s: nor any longer than this: then it is taken for lost.
@@ -102,7 +101,6 @@ class BeliefConfig:
     explore_m: float = 1.5
     explore_s: float = 6.0
     search_rounds: int = 3
-    worth_a_look: float = 0.25
     sure_m: float = 0.25
     align_within_m: float = 0.8
     patience_s: float = 8.0
@@ -173,22 +171,6 @@ class Belief:
         """Environment `env` knows where its goal is, (2,) in the frame of `pose`."""
         self.places[env, GOAL_XY] = xy
         self.variance[env, _GOAL_GROUP] = deviation_m**2
-
-    def settle(self, env: int, place: slice, xy: Tensor, deviation_m: float) -> None:
-        """Environment `env` turns out to be wrong about a `place`, `OBJECT` or `GOAL`: it is around `xy` (2,), in the
-        frame of `pose`."""
-        self.forget(torch.tensor([env]), place)
-        self.places[env, place.start : place.start + 2] = xy
-        self.variance[env, _groups_of(place)[0]] = deviation_m**2
-
-    def deviation_m(self, env: int, place: slice) -> float:
-        """Of a `place`, `OBJECT` or `GOAL`, in environment `env`."""
-        return float(self.variance[env, _groups_of(place)[0]].sqrt())
-
-    def doubt_place(self, env: int, place: slice, deviation_m: float) -> None:
-        """In environment `env` a `place`, `OBJECT` or `GOAL`, is no more certain than that."""
-        group = _groups_of(place)[0]
-        self.variance[env, group] = self.variance[env, group].clamp(min=deviation_m**2)
 
     def disbelieve(self, ids: Tensor, place: slice) -> None:
         """Environments `ids` (n,) looked where `place` (`OBJECT` or `GOAL`) should be, and it was not there."""

@@ -56,12 +56,6 @@ def camera_position(body: BodyState) -> Tensor:
     return body.pos[:, _HEAD] + body.rot[:, _HEAD] @ offset
 
 
-def gaze_of(body: BodyState) -> Tensor:
-    """(N,) how far the camera is turned to the left, rad."""
-    ahead = body.rot[:, _HEAD, :2, 0]
-    return torch.atan2(ahead[:, 1], ahead[:, 0])
-
-
 def ray_directions(body: BodyState, rays: Tensor) -> Tensor:
     """(N, R, 3) rays (R, 3) of the head's frame in the heading frame."""
     return rays @ body.rot[:, _HEAD].transpose(1, 2)

@@ -16,8 +16,8 @@ AROUND_M = 0.45
 SURE = 0.9
 """Goals that are seen in a smaller share of the pictures are refused before the thing is."""
 _LATEST = 0.1
-IGNORED_M = 1e3
-GOES_WITH = {OBJECT.start: (OBJECT, SPAN, MIDDLE, PICK, PICK_TURN, DEPTH), GOAL.start: (GOAL, PLACE, PLACE_TURN)}
+_IGNORED_M = 1e3
+_GOES_WITH = {OBJECT.start: (OBJECT, SPAN, MIDDLE, PICK, PICK_TURN, DEPTH), GOAL.start: (GOAL, PLACE, PLACE_TURN)}
 
 
 class Refusals:
@@ -60,10 +60,6 @@ class Refusals:
         self._refused[env].append((place, places[place][:2].clone()))
         return place
 
-    def refused(self, env: int, place: slice) -> list[Tensor]:
-        """(2,) each: where in environment `env` a `place` was refused, m."""
-        return [xy for refused, xy in self._refused[env] if refused == place]
-
     def applied(self, ids: Tensor, pose: Tensor, places_h: Tensor, spread: Tensor) -> Tensor:
         """(n, 21) deviations (n, 21) of the places that pictures of environments `ids` show, where what was refused
         tells nothing.
@@ -80,6 +76,6 @@ class Refusals:
         for row, env in enumerate(ids.tolist()):
             for place, at in self._refused[env]:
                 if float((seen[row, place][:2] - at).norm()) < AROUND_M:
-                    for numbers in GOES_WITH[place.start]:
-                        out[row, numbers] = IGNORED_M
+                    for numbers in _GOES_WITH[place.start]:
+                        out[row, numbers] = _IGNORED_M
         return out

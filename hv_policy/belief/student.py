@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numba
@@ -15,16 +15,18 @@ from torch import Tensor, nn
 
 from hv_policy.belief.attitude import STANDS, lies
 from hv_policy.belief.belief import Belief, BeliefConfig
-from hv_policy.belief.camera import gaze_of, project
+from hv_policy.belief.camera import project
 from hv_policy.belief.compass import compass
 from hv_policy.belief.floor import floor_in_view
 from hv_policy.belief.labels import Landmarks
+from hv_policy.belief.landmark_head import OFFSETS
 from hv_policy.belief.odometry import Odometry, load_odometry
-from hv_policy.belief.perception import Measurement, Perception, Sight
+from hv_policy.belief.perception import GOAL_QUERY, Measurement, Perception, Sight
 from hv_policy.belief.perception_loss import Truth, perception_loss, read_things
 from hv_policy.belief.places import (
     AWAY,
     GOAL,
+    GOAL_XY,
     IS_LAST,
     MIDDLE,
     OBJECT,
@@ -42,7 +44,6 @@ from hv_policy.belief.regrip import LEVELS, as_wide_as_felt, closed_on_little, n
 from hv_policy.belief.room_middle import room_middle
 from hv_policy.belief.task_places import leg_is_done, view_of
 from hv_policy.belief.wayfinder import Wayfinder
-from hv_policy.belief.whereabouts import PLACES, Looked, Whereabouts
 from hv_policy.decision.memory import TaskMemory
 from hv_policy.decision.network import DecisionConfig, DecisionNetwork
 from hv_policy.decision.rising import Rising
@@ -67,6 +68,11 @@ seems nearer than it is, and higher, for where arms do so it mostly hangs. And i
 in the hands hides a part."""
 _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
+PIECE_DOUBT, OBJECT_HALF_M = 1.5, (0.1, 0.22)
+"""By how much more a piece of furniture is off than is said; and what half of an object's width may be."""
+ELSEWHERE_M, TOO_SURE = 2.0, (1.0, 2.0)
+"""How far away something is where another thing was taken for it; and of goals that are in a picture with probability
+p, as the network says, about p squared were right in rooms never seen (of objects, p)."""
 MIDDLE_SPREAD_M = 0.2
 """Deviation of the middle of the room from what the map shows."""
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
@@ -161,14 +167,14 @@ class Following:
     """(N,) how long it has stood where the object should be without being sure of it; 0 while it does not."""
     refusals: Refusals
     """What has turned out not to be meant."""
-    whereabouts: Whereabouts
-    """Where object and goal may be."""
     rising: Rising
     """Stands up before it walks, having given up reaching or holding."""
     lay: Tensor
     """(N,) bool: it lay on the floor, or was getting up, before the last step."""
     touched: Tensor
     """(N,) bool: it has had its hands on the object since the instruction."""
+    pieces: dict[str, Tensor] = field(default_factory=dict)
+    """Words for pieces of furniture -> what is looked for to find them."""
     felt: Tensor | None = None
     """(N, 223) the last proprioception."""
 
@@ -183,7 +189,7 @@ class Following:
         no, zero, none = torch.zeros(n, dtype=torch.bool), torch.zeros(n), torch.zeros(n, dtype=torch.long)
         search = no, zero.clone(), zero.clone(), zero.clone(), torch.zeros(n, 2)
         told = list(instructions)
-        work = none, zero.clone(), Refusals(n), Whereabouts(n), Rising(n)
+        work = none, zero.clone(), Refusals(n), Rising(n)
         body = {"lay": no.clone(), "touched": no.clone()}
         return Following(belief, memory, prior, told, blind, wayfinder, *search, *work, **body)
 
@@ -199,7 +205,6 @@ class Following:
             instructions=list(self.instructions),
             wayfinder=self.wayfinder.copy(),
             refusals=copy.deepcopy(self.refusals),
-            whereabouts=self.whereabouts.copy(),
             rising=copy.deepcopy(self.rising),
             **tensors,
         )
@@ -224,7 +229,6 @@ class Following:
         for env in ids.tolist():
             self.wayfinder.forget(env)
             self.refusals.forget(env)
-            self.whereabouts.forget(env)
 
     def _lose_bearings(self) -> None:
         """Who has just got up from the floor does not know where it is, nor which way it looks: the odometry knows
@@ -300,9 +304,7 @@ class Following:
     @property
     def _given_up(self) -> Tensor:
         """(N,) bool: it goes by its best guess."""
-        c, mean = self.belief.config, self.whereabouts.mean
-        guess = torch.where(self.memory.phase == Phase.CARRY, mean[:, 1], mean[:, 0])
-        return (self.rounds >= c.search_rounds) | ((self.rounds >= 1) & (guess >= c.worth_a_look))
+        return self.rounds >= self.belief.config.search_rounds
 
     def _turn_round(self, searches: Tensor, intent: Tensor, remembered: TaskMemory) -> Tensor:
         """(N, 14) the intent, but where it `searches` (N,) that of turning; that is not remembered as work."""
@@ -343,21 +345,15 @@ class Following:
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
         told = ((-2 * seen.log_spread).exp() - known).clamp(min=1e-4)
         spread = told.rsqrt() * stretch(places) * self._doubtful(seen)
-        phase, told = self.memory.phase[ids], [self.instructions[env] for env in ids.tolist()]
-        elsewhere = torch.tensor([not _in_middle(network.reworder, text) for text in told])
-        counts = torch.stack([phase <= Phase.REACH, elsewhere], 1)
-        worse = torch.ones(len(ids), 2)
-        worse[:, 1] = torch.where(phase >= Phase.LIFT, BEHIND, 1.0)
-        looked = Looked(shown, seen, gaze_of(body), places, spread, torch.zeros(len(ids), 2))
-        self.whereabouts.see(network, self.belief, ids, told, counts, worse, looked)
+        for query, place in enumerate((OBJECT, GOAL)):
+            there = (1 - seen.pointing[:, query, :1].exp()) ** TOO_SURE[query]
+            mixed = perhaps_elsewhere(spread[:, place], there)
+            spread[:, place] = torch.where(self._given_up[ids][:, None], spread[:, place], mixed)
+        self._beside_pieces(network, ids, shown, seen, places, spread)
         in_view = 1 - seen.pointing[:, :2, 0].exp()
         self.refusals.see(ids, in_view, self.memory.phase[ids])
         spread = self.refusals.applied(ids, self.belief.pose[ids], places, spread)
-        self.belief.measure(ids, places, spread * _hidden(phase))
-        for row, env in enumerate(ids.tolist()):
-            for query, place in enumerate(PLACES):
-                if not self._given_up[env]:
-                    self.belief.doubt_place(env, place, float(looked.elsewhere_m[row, query]))
+        self.belief.measure(ids, places, spread * _hidden(self.memory.phase[ids]))
         places_h = self.belief.now()[0][ids]
         self._miss(ids, seen, body, places_h)
         distance = places[:, OBJECT][:, :2].norm(dim=-1)
@@ -385,11 +381,42 @@ class Following:
             belief.places[env] = known
             finder.go_on(env, belief.pose[env], known, phase, look_at)
 
+    def _beside_pieces(
+        self, network: BeliefNetwork, ids: Tensor, shown: Sight, seen: Measurement, places: Tensor, spread: Tensor
+    ) -> None:
+        """Who of `ids` (n,) has to bring something beside or onto a piece of furniture finds that piece, too: joins
+        what follows from it to the goals in places and spread (n, 21). Where the piece is in the picture, so is
+        the goal, although it may not be recognised (`seen`)."""
+        told = [network.reworder.goal(self.instructions[env]) for env in ids.tolist()]
+        chosen = [row for row, (relation, noun) in enumerate(told) if relation in OFFSETS and noun]
+        if not chosen:
+            return
+        rows = torch.tensor(chosen)
+        named = torch.stack([self._named(network, told[row][1]) for row in chosen])[:, None]
+        sight = Sight(*(getattr(shown, f.name)[chosen] for f in fields(shown)))
+        piece = network.perception.find_pieces(sight, named)
+        offsets = named.new_tensor([OFFSETS[told[row][0]] for row in chosen])[:, None]
+        half = self.belief.places[ids[rows], SPAN].norm(dim=-1).clamp(*OBJECT_HALF_M)
+        spot = piece.spot(offsets, half.to(named)[:, None])[:, 0].cpu()
+        there = piece.seen[:, :1].sigmoid().cpu()
+        deviation = perhaps_elsewhere(PIECE_DOUBT * piece.log_spread[:, :1].exp().cpu(), there)
+        share = 1 / (1 + (deviation / spread[rows, GOAL_XY]).square())
+        places[rows, GOAL_XY] += share * (spot - places[rows, GOAL_XY])
+        spread[rows, GOAL_XY] *= (1 - share).sqrt()
+        nowhere = seen.pointing[rows, GOAL_QUERY, 0]
+        seen.pointing[rows, GOAL_QUERY, 0] = torch.minimum(nowhere, (1 - there[:, 0]).clamp(min=1e-6).log())
+
+    def _named(self, network: BeliefNetwork, noun: str) -> Tensor:
+        """(dim,) what is looked for to find a piece of furniture."""
+        if noun not in self.pieces:
+            self.pieces[noun] = network.perception.named(*network.perception.text([f"the {noun}"]))[0]
+        return self.pieces[noun]
+
     def _find_middle(self, reworder: Reworder, ids: Tensor) -> None:
         """Who of `ids` (n,) has to bring something into the middle of the room knows that from the map, once that shows
         all sides of it."""
         for env in ids.tolist():
-            if _in_middle(reworder, self.instructions[env]):
+            if reworder.goal(self.instructions[env])[0] == "room_middle":
                 middle = room_middle(self.wayfinder.floor.evidence[env], self.belief.compass[env])
                 if middle is not None:
                     self.belief.know_goal(env, middle, MIDDLE_SPREAD_M)
@@ -523,8 +550,6 @@ class Following:
         """Where the object is `lost` (N,) bool it may be so far away, and may be looked for as at the beginning."""
         if bool(lost.any()):
             self.belief.doubt(lost.nonzero()[:, 0], deviation_m)
-            for env in lost.nonzero()[:, 0].tolist():
-                self.whereabouts.begin_at(env, OBJECT, self.belief.places[env, OBJECT][:2], deviation_m)
             self.searched_rad, self.rounds = self.searched_rad * ~lost, self.rounds * ~lost
 
     def _think_again(self, refused: Tensor) -> None:
@@ -533,9 +558,6 @@ class Following:
         for env in refused.nonzero()[:, 0].tolist():
             place = self.refusals.refuse(env, self.belief.places[env])
             if place is not None:
-                self.whereabouts.forget(env, place)
-                for xy in self.refusals.refused(env, place):
-                    self.whereabouts.reject(env, place, xy)
                 self.belief.forget(torch.tensor([env]), place)
                 self.searched_rad[env] = self.rounds[env] = self.slips[env] = 0
 
@@ -557,9 +579,10 @@ class Following:
         return torch.where(back, torch.full_like(phase, int(Phase.APPROACH)), phase)
 
 
-def _in_middle(reworder: Reworder, instruction: str) -> bool:
-    """Whether something shall go into the middle of the room."""
-    return reworder.goal(instruction)[0] == "room_middle"
+def perhaps_elsewhere(deviation_m: Tensor, there: Tensor) -> Tensor:
+    """Deviation of what is where it seems to be, give or take a deviation, only as likely as `there`: that of the
+    mixture with another thing, which was taken for it."""
+    return (there * deviation_m.square() + (1 - there) * ELSEWHERE_M**2).sqrt()
 
 
 def _hidden(phase: Tensor) -> Tensor:
