@@ -70,9 +70,10 @@ _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
 PIECE_DOUBT, OBJECT_HALF_M = 1.5, (0.1, 0.22)
 """By how much more a piece of furniture is off than is said; and what half of an object's width may be."""
-ELSEWHERE_M, TOO_SURE = 2.0, (1.0, 2.0)
-"""How far away something is where another thing was taken for it; and of goals that are in a picture with probability
-p, as the network says, about p squared were right in rooms never seen (of objects, p)."""
+ELSEWHERE_M, TOO_SURE = (0.4, 0.8, 2.0), (1.0, 2.0)
+"""How far away something is where another thing was taken for it: at no distance, for each metre more, and at most (who
+stands before it has seen what is around, and must take something in the end). And of goals that are in a picture with
+probability p, as the network says, about p squared were right in rooms never seen (of objects, p)."""
 MIDDLE_SPREAD_M = 0.2
 """Deviation of the middle of the room from what the map shows."""
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
@@ -347,7 +348,7 @@ class Following:
         spread = told.rsqrt() * stretch(places) * self._doubtful(seen)
         for query, place in enumerate((OBJECT, GOAL)):
             there = (1 - seen.pointing[:, query, :1].exp()) ** TOO_SURE[query]
-            mixed = perhaps_elsewhere(spread[:, place], there)
+            mixed = perhaps_elsewhere(spread[:, place], there, places[:, place][:, :2].norm(dim=-1, keepdim=True))
             spread[:, place] = torch.where(self._given_up[ids][:, None], spread[:, place], mixed)
         self._beside_pieces(network, ids, shown, seen, places, spread)
         in_view = 1 - seen.pointing[:, :2, 0].exp()
@@ -399,7 +400,8 @@ class Following:
         half = self.belief.places[ids[rows], SPAN].norm(dim=-1).clamp(*OBJECT_HALF_M)
         spot = piece.spot(offsets, half.to(named)[:, None])[:, 0].cpu()
         there = piece.seen[:, :1].sigmoid().cpu()
-        deviation = perhaps_elsewhere(PIECE_DOUBT * piece.log_spread[:, :1].exp().cpu(), there)
+        away = spot.norm(dim=-1, keepdim=True)
+        deviation = perhaps_elsewhere(PIECE_DOUBT * piece.log_spread[:, :1].exp().cpu(), there, away)
         share = 1 / (1 + (deviation / spread[rows, GOAL_XY]).square())
         places[rows, GOAL_XY] += share * (spot - places[rows, GOAL_XY])
         spread[rows, GOAL_XY] *= (1 - share).sqrt()
@@ -579,10 +581,12 @@ class Following:
         return torch.where(back, torch.full_like(phase, int(Phase.APPROACH)), phase)
 
 
-def perhaps_elsewhere(deviation_m: Tensor, there: Tensor) -> Tensor:
-    """Deviation of what is where it seems to be, give or take a deviation, only as likely as `there`: that of the
+def perhaps_elsewhere(deviation_m: Tensor, there: Tensor, distance_m: Tensor) -> Tensor:
+    """Deviation of what seems to be at a distance, give or take a deviation, but only as likely as `there`: that of the
     mixture with another thing, which was taken for it."""
-    return (there * deviation_m.square() + (1 - there) * ELSEWHERE_M**2).sqrt()
+    near, share, most = ELSEWHERE_M
+    elsewhere = (near + share * distance_m).clamp(max=most)
+    return (there * deviation_m.square() + (1 - there) * elsewhere.square()).sqrt()
 
 
 def _hidden(phase: Tensor) -> Tensor:

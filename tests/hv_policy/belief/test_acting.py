@@ -617,9 +617,9 @@ def test_a_goal_beside_a_piece_of_furniture_follows_from_the_piece(states, monke
 
 def test_what_may_be_another_thing_is_as_uncertain_as_the_mixture_of_both():
     generator = torch.Generator().manual_seed(0)
-    for there, deviation in ((0.9, 0.2), (0.3, 0.5), (1.0, 0.1), (0.0, 0.3)):
+    for there, deviation, distance, elsewhere in ((0.9, 0.2, 3.0, 2.0), (0.3, 0.5, 1.0, 1.2), (1.0, 0.1, 0.5, 9.0)):
         is_it = torch.rand(200_000, generator=generator) < there
         away = torch.randn(200_000, generator=generator)
-        drawn = torch.where(is_it, deviation * away, student.ELSEWHERE_M * away)
-        said = student.perhaps_elsewhere(torch.tensor([deviation]), torch.tensor([there]))
+        drawn = torch.where(is_it, deviation * away, elsewhere * away)
+        said = student.perhaps_elsewhere(*(torch.tensor([value]) for value in (deviation, there, distance)))
         assert float(said[0]) == pytest.approx(float(drawn.std()), rel=0.02)
