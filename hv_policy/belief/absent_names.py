@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import torch
 import torch.nn.functional as F
 from torch import Tensor
 
@@ -21,6 +22,13 @@ def noun_at(words: Sequence[str]) -> int:
     "that"."""
     end = words.index("that") if "that" in words else len(words)
     return max(end - 1, 0)
+
+
+def draw_names(names: Tensor, has_name: Tensor) -> Tensor:
+    """(K,) numbers of names, drawn from those of all things (B, T) of a batch that have one, (B, T) bool; of all where
+    none has."""
+    known = names[has_name] if bool(has_name.any()) else names.flatten()
+    return known[torch.randint(len(known), (NAMES_ASKED,), device=names.device)]
 
 
 def are_absent(asked: Tensor, of_things: Tensor, has_name: Tensor) -> Tensor:

@@ -9,7 +9,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from hv_policy.belief.absent_names import NAMES_ASKED, are_absent, noun_at
+from hv_policy.belief.absent_names import are_absent, draw_names, noun_at
 from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.faces_head import faces_loss
 from hv_policy.belief.floor import POINTS_A_PICTURE, points_to_learn
@@ -124,7 +124,7 @@ def read_things(perception: Perception, state: Tensor, landmarks: Landmarks) -> 
     which = torch.tensor([number[name] for name in thing_names], device=device).view_as(exists)
     has_name = torch.tensor([bool(name) for name in thing_names], device=device).view_as(exists)
     of_spots = torch.tensor([number[name] for name in landmarks.spot_names], device=device).view(len(which), -1)
-    foreign = which[has_name][torch.randperm(int(has_name.sum()), device=device)[:NAMES_ASKED]]
+    foreign = draw_names(which, has_name)
     nouns = _nouns(perception, distinct).to(device)
     is_absent = are_absent(nouns[foreign], nouns[which], has_name)
     spots, there = landmarks.spots.to(device), landmarks.spot_exists.to(device)

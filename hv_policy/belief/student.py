@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -68,12 +69,10 @@ seems nearer than it is, and higher, for where arms do so it mostly hangs. And i
 in the hands hides a part."""
 _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
-PIECE_DOUBT, OBJECT_HALF_M = 1.5, (0.1, 0.22)
-"""By how much more a piece of furniture is off than is said; and what half of an object's width may be."""
-ELSEWHERE_M, TOO_SURE = (0.4, 0.8, 2.0), (1.0, 2.0)
-"""How far away something is where another thing was taken for it: at no distance, for each metre more, and at most (who
-stands before it has seen what is around, and must take something in the end). And of goals that are in a picture with
-probability p, as the network says, about p squared were right in rooms never seen (of objects, p)."""
+SEEN_PIECE, PIECE_DOUBT, OBJECT_HALF_M = 0.8, 1.5, (0.1, 0.22)
+"""What a picture says of a piece of furniture counts where that is in it as surely as this (five of six are the right
+ones then, in rooms never seen); by how much more it is off than it says; and what half of an object's width may be."""
+_HALF = math.log(0.5)
 MIDDLE_SPREAD_M = 0.2
 """Deviation of the middle of the room from what the map shows."""
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
@@ -346,10 +345,6 @@ class Following:
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
         told = ((-2 * seen.log_spread).exp() - known).clamp(min=1e-4)
         spread = told.rsqrt() * stretch(places) * self._doubtful(seen)
-        for query, place in enumerate((OBJECT, GOAL)):
-            there = (1 - seen.pointing[:, query, :1].exp()) ** TOO_SURE[query]
-            mixed = perhaps_elsewhere(spread[:, place], there, places[:, place][:, :2].norm(dim=-1, keepdim=True))
-            spread[:, place] = torch.where(self._given_up[ids][:, None], spread[:, place], mixed)
         self._beside_pieces(network, ids, shown, seen, places, spread)
         in_view = 1 - seen.pointing[:, :2, 0].exp()
         self.refusals.see(ids, in_view, self.memory.phase[ids])
@@ -386,27 +381,23 @@ class Following:
         self, network: BeliefNetwork, ids: Tensor, shown: Sight, seen: Measurement, places: Tensor, spread: Tensor
     ) -> None:
         """Who of `ids` (n,) has to bring something beside or onto a piece of furniture finds that piece, too: joins
-        what follows from it to the goals in places and spread (n, 21). Where the piece is in the picture, so is
-        the goal, although it may not be recognised (`seen`)."""
+        what follows from it to the goals in places and spread (n, 21). Where it is sure of the piece, it counts less
+        that a goal is not recognised (`seen`)."""
         told = [network.reworder.goal(self.instructions[env]) for env in ids.tolist()]
         chosen = [row for row, (relation, noun) in enumerate(told) if relation in OFFSETS and noun]
         if not chosen:
             return
         rows = torch.tensor(chosen)
         named = torch.stack([self._named(network, told[row][1]) for row in chosen])[:, None]
-        sight = Sight(*(getattr(shown, f.name)[chosen] for f in fields(shown)))
-        piece = network.perception.find_pieces(sight, named)
+        piece = network.perception.find_pieces(shown.of(rows.to(named.device)), named)
         offsets = named.new_tensor([OFFSETS[told[row][0]] for row in chosen])[:, None]
         half = self.belief.places[ids[rows], SPAN].norm(dim=-1).clamp(*OBJECT_HALF_M)
         spot = piece.spot(offsets, half.to(named)[:, None])[:, 0].cpu()
-        there = piece.seen[:, :1].sigmoid().cpu()
-        away = spot.norm(dim=-1, keepdim=True)
-        deviation = perhaps_elsewhere(PIECE_DOUBT * piece.log_spread[:, :1].exp().cpu(), there, away)
-        share = 1 / (1 + (deviation / spread[rows, GOAL_XY]).square())
+        deviation, sure = piece.log_spread[:, :1].exp().cpu(), piece.seen[:, 0].sigmoid().cpu() > SEEN_PIECE
+        share = sure[:, None] / (1 + (PIECE_DOUBT * deviation / spread[rows, GOAL_XY]).square())
         places[rows, GOAL_XY] += share * (spot - places[rows, GOAL_XY])
         spread[rows, GOAL_XY] *= (1 - share).sqrt()
-        nowhere = seen.pointing[rows, GOAL_QUERY, 0]
-        seen.pointing[rows, GOAL_QUERY, 0] = torch.minimum(nowhere, (1 - there[:, 0]).clamp(min=1e-6).log())
+        seen.pointing[rows, GOAL_QUERY, 0] += torch.where(sure, _HALF, 0.0)
 
     def _named(self, network: BeliefNetwork, noun: str) -> Tensor:
         """(dim,) what is looked for to find a piece of furniture."""
@@ -579,14 +570,6 @@ class Following:
             is_far = (phase == aligns) & (places_h[:, stand].norm(dim=-1) > c.align_within_m)
             phase = torch.where(is_far, torch.full_like(phase, int(walks)), phase)
         return torch.where(back, torch.full_like(phase, int(Phase.APPROACH)), phase)
-
-
-def perhaps_elsewhere(deviation_m: Tensor, there: Tensor, distance_m: Tensor) -> Tensor:
-    """Deviation of what seems to be at a distance, give or take a deviation, but only as likely as `there`: that of the
-    mixture with another thing, which was taken for it."""
-    near, share, most = ELSEWHERE_M
-    elsewhere = (near + share * distance_m).clamp(max=most)
-    return (there * deviation_m.square() + (1 - there) * elsewhere.square()).sqrt()
 
 
 def _hidden(phase: Tensor) -> Tensor:

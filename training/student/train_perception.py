@@ -33,7 +33,7 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor
 
 from hv_policy.belief import mirror
-from hv_policy.belief.absent_names import NAMES_ASKED, are_absent, noun_at
+from hv_policy.belief.absent_names import are_absent, draw_names, noun_at
 from hv_policy.belief.other_tasks import ALL_SHAPES, SLOTS, choose_tasks, parts_of
 from hv_policy.belief.perception import Perception
 from hv_policy.belief.perception_loss import (
@@ -327,8 +327,7 @@ class Frames:
 
     def _foreign(self, names: Tensor, has_name: Tensor) -> tuple[Tensor, Tensor]:
         """(K,) some of the names (B, T), and (B, K) bool whether nothing in a picture may be called so."""
-        known = names[has_name]
-        foreign = known[torch.randint(len(known), (NAMES_ASKED,), device=self.device)]
+        foreign = draw_names(names, has_name)
         return foreign, are_absent(self.phrases.nouns[foreign], self.phrases.nouns[names], has_name)
 
     def _shown(

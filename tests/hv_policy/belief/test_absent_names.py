@@ -2,7 +2,7 @@
 
 import torch
 
-from hv_policy.belief.absent_names import are_absent, noun_at
+from hv_policy.belief.absent_names import NAMES_ASKED, are_absent, draw_names, noun_at
 from hv_policy.text_encoder import split_words
 from hv_policy.word_features import load_word_features
 
@@ -29,3 +29,12 @@ def test_what_may_be_there_under_another_name_is_not_absent():
     has_name = torch.tensor([[True, True, True], [False, True, True], [False, False, False]])
     absent = are_absent(asked, here.expand(3, -1, -1), has_name)
     assert absent.tolist() == [[False, True, False], [True, True, False], [True, True, True]]
+
+
+def test_names_are_drawn_from_those_that_are_names():
+    names = torch.arange(12).view(3, 4)
+    has_name = names % 5 == 2
+    drawn = draw_names(names, has_name)
+    assert drawn.shape == (NAMES_ASKED,)
+    assert set(drawn.tolist()) == {2, 7}
+    assert set(draw_names(names, names < 0).tolist()) <= set(range(12)), "a batch without names is no error"
