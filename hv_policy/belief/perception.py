@@ -191,7 +191,8 @@ class Perception(nn.Module):
         return self.landmarks(sight.tokens, sight.rays, named, shows)
 
     def find_movable(self, sight: Sight) -> Tensor:
-        """(B, T) logits of each part of a picture showing something that can be carried, whatever it is called."""
+        """(B, T) logits of each part of a picture showing something that can be carried, whatever its name. Learned,
+        and not acted on yet (docs/student.md)."""
         return self.movable(sight.tokens)[..., 0]
 
     def _pointed_at(self, queries: Tensor, found: Tensor) -> Tensor:
@@ -203,9 +204,6 @@ class Perception(nn.Module):
 
     def _pointing(self, queries: Tensor, sight: Sight) -> Tensor:
         scores = self.point_query(queries) @ sight.keys.transpose(1, 2)
-        # what an object is called may be new, that it can be carried is seen all the same
-        likely = F.logsigmoid(self.find_movable(sight))[:, None]
-        scores = torch.cat([scores[:, :1] + likely, scores[:, 1:]], 1)
         return torch.cat([self.nowhere(queries), scores], -1).log_softmax(-1)
 
 

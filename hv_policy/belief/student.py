@@ -69,9 +69,10 @@ seems nearer than it is, and higher, for where arms do so it mostly hangs. And i
 in the hands hides a part."""
 _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
-SEEN_PIECE, PIECE_DOUBT, OBJECT_HALF_M = 0.8, 1.5, (0.1, 0.22)
-"""What a picture says of a piece of furniture counts where that is in it as surely as this (five of six are the right
-ones then, in rooms never seen); by how much more it is off than it says; and what half of an object's width may be."""
+SEEN_PIECE, SURE_OF_PIECE_M, PIECE_DOUBT, OBJECT_HALF_M = 0.95, 0.55, 1.5, (0.1, 0.22)
+"""What a picture says of a piece of furniture counts where that is in it as surely as this, and up to this deviation
+(two thirds of the others in rooms never seen are over a metre off); by how much more it is off there than it says; and
+what half of an object's width may be."""
 _HALF = math.log(0.5)
 MIDDLE_SPREAD_M = 0.2
 """Deviation of the middle of the room from what the map shows."""
@@ -393,7 +394,8 @@ class Following:
         offsets = named.new_tensor([OFFSETS[told[row][0]] for row in chosen])[:, None]
         half = self.belief.places[ids[rows], SPAN].norm(dim=-1).clamp(*OBJECT_HALF_M)
         spot = piece.spot(offsets, half.to(named)[:, None])[:, 0].cpu()
-        deviation, sure = piece.log_spread[:, :1].exp().cpu(), piece.seen[:, 0].sigmoid().cpu() > SEEN_PIECE
+        deviation, there = piece.log_spread[:, :1].exp().cpu(), piece.seen[:, 0].sigmoid().cpu() > SEEN_PIECE
+        sure = there & (deviation[:, 0] < SURE_OF_PIECE_M)
         share = sure[:, None] / (1 + (PIECE_DOUBT * deviation / spread[rows, GOAL_XY]).square())
         places[rows, GOAL_XY] += share * (spot - places[rows, GOAL_XY])
         spread[rows, GOAL_XY] *= (1 - share).sqrt()
