@@ -14,7 +14,6 @@ import numpy as np
 from scipy import ndimage
 
 from hv_sim.furniture import FURNITURE_KINDS
-from hv_sim.furniture_kinds.made_up import COUNT, made_up_piece_name
 from hv_sim.parts import prisms
 from hv_sim.paths import ROBOT_RADIUS_M, OccupancyGrid, occupancy_grid
 from hv_sim.rooms import ROOM_KINDS
@@ -137,7 +136,7 @@ class _Draft:
         """Puts a piece, in rooms to practise in now and then a made-up one, somewhere along a wall, its front to the
         room."""
         if self.index >= HELD_OUT.stop and self.rng.random() < _MADE_UP_SHARE:
-            kind = made_up_piece_name(int(self.rng.integers(COUNT)))
+            kind = FURNITURE_KINDS.draw_made_up(self.rng)
         depth, width, _ = FURNITURE_KINDS[kind].size_m
         x, y = self.size[0] / 2, self.size[1] / 2
         for _ in range(30):

@@ -6,6 +6,8 @@ import re
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
+import numpy as np
+
 Kind = TypeVar("Kind")
 
 
@@ -20,7 +22,16 @@ class Kinds(dict[str, Kind]):
 
     def __init__(self, known: Mapping[str, Kind], prefix: str, count: int, make: Callable[[int], Kind]) -> None:
         super().__init__(known)
-        self._pattern, self._count, self._make = re.compile(rf"{prefix}(\d{{4}})"), count, make
+        self._pattern, self._prefix = re.compile(rf"{prefix}(\d{{4}})"), prefix
+        self._count, self._make = count, make
+
+    def made_up_name(self, number: int) -> str:
+        """What made-up kind number `number` is called in a task."""
+        return f"{self._prefix}{number:04d}"
+
+    def draw_made_up(self, rng: np.random.Generator) -> str:
+        """The name of one of the made-up kinds."""
+        return self.made_up_name(int(rng.integers(self._count)))
 
     def made_up_number(self, name: object) -> int | None:
         """Which made-up kind a name names, None if none."""

@@ -17,7 +17,6 @@ from hv_sim.furniture import FURNITURE_KINDS
 from hv_sim.instructions import write_instructions
 from hv_sim.lexicon import alike_in_color, called, furniture_nouns, usable
 from hv_sim.navigation import sides_with_room
-from hv_sim.object_kinds.made_up import COUNT, made_up_name
 from hv_sim.objects import GRASP_WIDTH_M, MASS_KG, OBJECT_KINDS, BuiltObject
 from hv_sim.parts import prisms
 from hv_sim.paths import OccupancyGrid, occupancy_grid
@@ -208,7 +207,7 @@ def _things(draft: _Draft, room: str, targets: int, extras: int) -> list[tuple[s
     else:
         order = rng.permutation(kinds).tolist()
     if draft.invents:
-        order = [made_up_name(int(rng.integers(COUNT))) if rng.random() < _MADE_UP_SHARE else kind for kind in order]
+        order = [OBJECT_KINDS.draw_made_up(rng) if rng.random() < _MADE_UP_SHARE else kind for kind in order]
     chosen = order[: targets + extras]
     if rng.random() < 0.6:
         chosen[-1] = chosen[int(rng.integers(targets))]

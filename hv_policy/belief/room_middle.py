@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from hv_policy.belief.floor_map import CELL_M, ORIGIN_M
+from hv_policy.motor.vectors import turned_xy
 
 FREE, TAKEN = -1.0, 1.0
 """Evidence (`hv_policy.belief.floor_map`) below which a cell counts as free, and above which as taken."""
@@ -37,7 +38,7 @@ def room_middle(evidence: Tensor, compass: Tensor) -> Tensor | None:
             return None
         middle.append((low + high) / 2)
     x, y = middle
-    return torch.tensor([x * along[0] - y * along[1], x * along[1] + y * along[0]], dtype=torch.float32)
+    return torch.tensor(turned_xy(yaw, x, y), dtype=torch.float32)
 
 
 def _ends(free_m: np.ndarray, taken_m: np.ndarray) -> tuple[float | None, float | None]:

@@ -25,11 +25,6 @@ _LOW_SHARE = 0.65
 _MATERIALS = ("wood", "wood", "matte", "gloss", "metal")
 
 
-def made_up_piece_name(number: int) -> str:
-    """What made-up piece number `number` is called in a task."""
-    return f"{PREFIX}{number:04d}"
-
-
 @cache
 def made_up_piece(number: int) -> FurnitureKind:
     """Made-up kind number `number`, always the same."""

@@ -39,11 +39,6 @@ _MOST_SEEN = 18
 _DARK: Color = (0.08, 0.08, 0.09)
 
 
-def made_up_name(number: int) -> str:
-    """What made-up kind number `number` is called in a task."""
-    return f"{PREFIX}{number:04d}"
-
-
 @cache
 def made_up_kind(number: int) -> ObjectKind:
     """Made-up kind number `number`, always the same."""

@@ -10,10 +10,9 @@ from hv_sim.floor_plans import HELD_OUT, floor_plan
 from hv_sim.furniture import FURNITURE_KINDS, build_furniture
 from hv_sim.furniture_kinds.made_up import COUNT as PIECES
 from hv_sim.furniture_kinds.made_up import NOUNS as PIECE_NOUNS
-from hv_sim.furniture_kinds.made_up import made_up_piece_name
 from hv_sim.grounding import ground
 from hv_sim.lexicon import furniture_nouns, means, object_nouns
-from hv_sim.object_kinds.made_up import COUNT, NOUNS, made_up_name
+from hv_sim.object_kinds.made_up import COUNT, NOUNS
 from hv_sim.objects import OBJECT_KINDS, build_object
 from hv_sim.places import layout_at
 from hv_sim.scene import OBJECT_COLLIDERS, OBJECT_GEOMS, compile_scene
@@ -26,8 +25,8 @@ from hv_sim.task_generator import draw_task
 def test_each_can_be_held_and_fits_into_a_scene():
     shapes = set()
     for number in range(0, COUNT, 3):
-        kind = OBJECT_KINDS[made_up_name(number)]
-        built = build_object(made_up_name(number))
+        name = OBJECT_KINDS.made_up_name(number)
+        kind, built = OBJECT_KINDS[name], build_object(name)
         np.testing.assert_allclose(2 * built.half_extents_m, kind.size_m, atol=1e-9)
         assert built.grasp_ok.any()
         solid = [part for part in built.parts if part.collides]
@@ -38,7 +37,7 @@ def test_each_can_be_held_and_fits_into_a_scene():
 
 
 def test_they_are_found_by_name_and_not_listed():
-    assert OBJECT_KINDS.made_up_number("made_up_0042") == 42
+    assert OBJECT_KINDS.made_up_number(OBJECT_KINDS.made_up_name(42)) == 42
     assert "made_up_0042" in OBJECT_KINDS
     assert not any(name.startswith("made_up") for name in OBJECT_KINDS)
     for wrong in ("made_up_2000", "made_up_42", "made_up_", "lamp"):
@@ -49,7 +48,8 @@ def test_they_are_found_by_name_and_not_listed():
 
 def test_each_piece_of_furniture_has_a_front_and_fills_its_box():
     for number in range(0, PIECES, 5):
-        kind, parts = FURNITURE_KINDS[made_up_piece_name(number)], build_furniture(made_up_piece_name(number))
+        name = FURNITURE_KINDS.made_up_name(number)
+        kind, parts = FURNITURE_KINDS[name], build_furniture(name)
         (body,) = [part for part in parts if part.collides]
         assert tuple(2 * s for s in body.size_m) == pytest.approx(kind.size_m)
         assert kind.has_front
