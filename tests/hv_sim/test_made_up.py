@@ -37,7 +37,8 @@ def test_each_can_be_held_and_fits_into_a_scene():
 
 
 def test_they_are_found_by_name_and_not_listed():
-    assert OBJECT_KINDS.made_up_number(OBJECT_KINDS.made_up_name(42)) == 42
+    assert OBJECT_KINDS.made_up_number("made_up_0042") == 42
+    assert OBJECT_KINDS.made_up_name(42) == "made_up_0042"
     assert "made_up_0042" in OBJECT_KINDS
     assert not any(name.startswith("made_up") for name in OBJECT_KINDS)
     for wrong in ("made_up_2000", "made_up_42", "made_up_", "lamp"):
