@@ -38,6 +38,9 @@ CLOSED_M, CLOSED_SHARE = 0.22, 0.75
 """Hands whose centres are nearer than this, or than this share of the thing's width, when they squeeze hold no thing
 that could be lifted, but its handle, its leaves or nothing: the narrowest things are 0.15 m wide, and a hand is 0.04 m
 thick on either side."""
+TOUCHING_M = 0.12
+"""Hands whose centres are nearer than this have nothing between them: what is carried is wider, and pressed on nothing
+they meet at 0.08 m."""
 EMPTY_SHARE, HELD_SHARE = 0.8, 0.93
 """Of how far apart hands were when they began to lift: nearer than the first they have lost it, farther than the second
 they have it still. (Of 10,900 steps in which they carried something 99 % were above the second.)"""
@@ -66,9 +69,11 @@ def still_held(body: BodyState, phase: Tensor, from_hands: Tensor) -> tuple[Tens
         phase: of the work.
         from_hands: (N, 2, 3) hands when they began to lift, heading frame.
     """
-    share = _apart_m(body.pos[:, HANDS]) / _apart_m(from_hands).clamp(min=1e-3)
+    apart = _apart_m(body.pos[:, HANDS])
+    share = apart / _apart_m(from_hands).clamp(min=1e-3)
     holds = (phase >= Phase.LIFT) & (phase <= Phase.ALIGN_PLACE)
-    return holds & (share < EMPTY_SHARE), holds & (share > HELD_SHARE)
+    empty = (share < EMPTY_SHARE) | (apart < TOUCHING_M)
+    return holds & empty, holds & ~empty & (share > HELD_SHARE)
 
 
 def as_wide_as_felt(places: Tensor, body: BodyState, phase: Tensor) -> Tensor:

@@ -17,17 +17,19 @@ from torch import Tensor, nn
 from hv_policy.belief.attitude import STANDS, lies
 from hv_policy.belief.belief import Belief, BeliefConfig
 from hv_policy.belief.camera import project
+from hv_policy.belief.closer_look import Refined, look_closer
 from hv_policy.belief.compass import compass
 from hv_policy.belief.floor import floor_in_view
 from hv_policy.belief.labels import Landmarks
 from hv_policy.belief.landmark_head import OFFSETS
 from hv_policy.belief.odometry import Odometry, load_odometry
-from hv_policy.belief.perception import GOAL_QUERY, Measurement, Perception, Sight
+from hv_policy.belief.perception import GOAL_QUERY, OBJECT_QUERY, Measurement, Perception, Sight
 from hv_policy.belief.perception_loss import Truth, perception_loss, read_things
 from hv_policy.belief.places import (
     AWAY,
     GOAL,
     GOAL_XY,
+    GROUPS,
     IS_LAST,
     MIDDLE,
     OBJECT,
@@ -74,6 +76,10 @@ SEEN_PIECE, SURE_OF_PIECE_M, PIECE_DOUBT, OBJECT_HALF_M = 0.95, 0.55, 1.5, (0.1,
 (two thirds of the others in rooms never seen are over a metre off); by how much more it is off there than it says; and
 what half of an object's width may be."""
 _HALF = math.log(0.5)
+_WHERE = [(place, GROUPS.index(slice(place.start, place.start + 2))) for place in (OBJECT, GOAL)]
+_AT_FEET_M = 0.5
+LOOKED_FOR_M = 0.3
+"""Where an object is not pointed at but known to this deviation, a closer look is taken at where it should be."""
 MIDDLE_SPREAD_M = 0.2
 """Deviation of the middle of the room from what the map shows."""
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
@@ -276,19 +282,20 @@ class Following:
             self._find_middle(network.reworder, looks)
         self.blind_steps += 1
         self.blind_steps[looks] = 1
-        places_h, log_spread = self.belief.now()
+        places_h, _ = self.belief.now()
+        searches = self._searches(places_h) & ~self.wayfinder.steps_back
         places_h = as_wide_as_felt(regripped(places_h, self.slips, lies(self._attitude)), body, phase)
-        searches = self._searches(log_spread) & ~self.wayfinder.steps_back
         remembered = self.memory.clone()
         intent = self._decide(network.decision, state, body, places_h, self._way_now(places_h))
         return self.rising(self._turn_round(searches, intent, remembered))
 
-    def _searches(self, log_spread: Tensor) -> Tensor:
+    def _searches(self, places_h: Tensor) -> Tensor:
         """(N,) bool: it is not known where the object or, once that is carried, its goal is, and the robot turns round
         on the spot to see. Having turned all round it walks to another place first (`vantage`)."""
         c, phase = self.belief.config, self.memory.phase
         to_object, carries = phase <= Phase.REACH, phase == Phase.CARRY
-        spread = torch.where(carries, log_spread[:, GOAL.start], log_spread[:, OBJECT.start]).exp()
+        share = [self.belief.variance[:, group].sqrt() / _far(places_h[:, place]) for place, group in _WHERE]
+        spread = torch.where(carries, share[1], share[0])
         unknown = spread > torch.where(self.searching, c.found, c.searching)
         wants = self.searching = (to_object | carries) & unknown & ~self._given_up
         seen_all = wants & (self.searched_rad >= c.search_rad)
@@ -346,6 +353,8 @@ class Following:
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
         told = ((-2 * seen.log_spread).exp() - known).clamp(min=1e-4)
         spread = told.rsqrt() * stretch(places) * self._doubtful(seen)
+        refined = self._look_closer(perception, ids, pictures, body, seen, places, spread)
+        places, spread = refined.places, refined.spread
         self._beside_pieces(network, ids, shown, seen, places, spread)
         in_view = 1 - seen.pointing[:, :2, 0].exp()
         self.refusals.see(ids, in_view, self.memory.phase[ids])
@@ -358,8 +367,28 @@ class Following:
         weight = near * in_view[:, 0] / (0.3 + distance) ** 2
         at_h = places_h[:, OBJECT].to(pictures)
         faces = perception.faces(pictures, body.to(pictures), at_h, torch.zeros_like(at_h[:, 0])).cpu()
-        self.belief.measure_shape(ids, seen.outline, torch.cat([faces, seen.upright], 1), weight)
+        self.belief.measure_shape(ids, refined.outline, torch.cat([faces, refined.upright], 1), weight)
         self._find_ways(perception, shown, ids, body)
+
+    def _look_closer(
+        self,
+        perception: Perception,
+        ids: Tensor,
+        pictures: Tensor,
+        body: BodyState,
+        seen: Measurement,
+        places: Tensor,
+        spread: Tensor,
+    ) -> Refined:
+        """What pictures say of the objects of `ids` (n,), after a closer look at where they are seen or, if they are
+        not, believed to be; for the other arguments see `_look`."""
+        before = Refined(torch.zeros(len(ids), dtype=torch.bool), places, spread, seen.outline, seen.upright)
+        believed = self.belief.now()[0][ids, OBJECT]
+        known = self.belief.variance[ids, 0].sqrt() < LOOKED_FOR_M
+        here = seen.pointing[:, OBJECT_QUERY, 0] < _HALF
+        wanted = (self.memory.phase[ids] <= Phase.REACH) & (here | known)
+        at = torch.where(here[:, None], places[:, OBJECT], believed)
+        return look_closer(perception.closer, pictures, body, at, wanted, before)
 
     def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:
         """Takes in which floor is free in the pictures of environments `ids` (n,), and finds their ways over it."""
@@ -572,6 +601,11 @@ class Following:
             is_far = (phase == aligns) & (places_h[:, stand].norm(dim=-1) > c.align_within_m)
             phase = torch.where(is_far, torch.full_like(phase, int(walks)), phase)
         return torch.where(back, torch.full_like(phase, int(Phase.APPROACH)), phase)
+
+
+def _far(place_h: Tensor) -> Tensor:
+    """(N,) distance of places (N, 3) on the floor, m; half a metre of what is at the robot's feet."""
+    return (place_h[:, :2].square().sum(1) + _AT_FEET_M**2).sqrt()
 
 
 def _hidden(phase: Tensor) -> Tensor:
