@@ -148,7 +148,7 @@ def _true_floor(world: RearrangeWorld, env: int, start: Tensor) -> Tensor:
 def _errors(following: Following, truth_h: Tensor, start: Tensor, now: Tensor) -> Tensor:
     """(N, 6) of what is believed, see `Diagnosis.errors`."""
     belief = following.belief
-    believed, _ = belief.now()
+    believed = belief.now()
     away = [(believed - truth_h)[:, place][:, :2].norm(dim=1) for place in _PLACES.values()]
     counted = turned(belief.pose[:, :2], start[:, 2:].cos(), start[:, 2:].sin()) + start[:, :2]
     walls = compass_yaw_rad(belief.compass) - belief.pose[:, 2] + now[:, 2]

@@ -25,7 +25,6 @@ from hv_policy.belief.places import (
     PLACES_DIM,
     SPAN,
     from_frame,
-    stretch,
     to_frame,
 )
 from hv_policy.motor import embodiment
@@ -43,6 +42,7 @@ _OF_OBJECT = [i for i, g in enumerate(GROUPS) if g.start in (0, 2, 6, 8, 9, 11, 
 """Groups that are settled anew when the object was lost: the object, how to hold it, and where to stand for that."""
 _HELD_STARTS = (SPAN.start, MIDDLE.start)
 _GOAL_GROUP = GROUPS.index(GOAL_XY)
+_LEVEL_GROUP = {place.start: GROUPS.index(slice(place.start, place.start + 2)) for place in (OBJECT, GOAL)}
 _OF_GOAL = [i for i, g in enumerate(GROUPS) if g.start in (3, 5)]
 
 
@@ -63,8 +63,8 @@ class BeliefConfig:
         unseen: where a thing is out of the picture, its deviation counts this much more (times 1 + this): on views that
             it was not trained with a network is that much more certain than it should be.
         drift: error of odometry, m for each m.
-        searching: an object or goal is looked for by turning round if its squashed deviation is larger than this; far
-            away that is the deviation as a share of the distance. Until it is smaller than
+        searching: an object or goal is looked for by turning round if its deviation is a larger share of its distance
+            than this (at the robot's feet, of half a metre). Until it is smaller than
         found: (between the two, who walks goes on walking and who turns goes on turning).
         search_rad: how far the robot turns for that at most; then it walks to a place that is so far away,
         explore_m: and for
@@ -223,11 +223,13 @@ class Belief:
         own = (value.numpy() for value in (self.pose, self.compass, self.compass_looks))
         _count_compass(*as_arrays(ids, compass_h), *own, c.compass_looks, c.compass_agrees, c.compass_gain)
 
-    def now(self) -> tuple[Tensor, Tensor]:
-        """(N, 21) the places in the present heading frame, and (N, 21) the logarithm of their squashed deviation."""
-        places_h = from_frame(self.places, self.pose)
-        spread = self.variance.sqrt()[:, _GROUP_OF]
-        return places_h, (spread / stretch(places_h)).log()
+    def now(self) -> Tensor:
+        """(N, 21) the places in the present heading frame."""
+        return from_frame(self.places, self.pose)
+
+    def deviation_m(self, place: slice) -> Tensor:
+        """(N,) of where `place` (`OBJECT` or `GOAL`) is on the floor."""
+        return self.variance[:, _LEVEL_GROUP[place.start]].sqrt()
 
 
 @numba.njit(cache=True)

@@ -1,9 +1,9 @@
-"""A closer look at one place: where exactly the thing there is, how wide and how high it is, and where to hold it.
+"""A closer look at one place: where exactly the thing there is.
 
 Whatever a thing is called, its edges and where it meets the floor tell where it stands. The head sees the picture as it
 is on a screen through the place that is believed, square to the view and one metre wide: metres there are the same from
-near and far, and from every side. So few weights learn from every thing that can be carried, kinds that have
-a name and others.
+near and far, and from every side. So few weights learn from every thing that can be carried, whether its kind has a
+name or not.
 """
 
 from __future__ import annotations
@@ -15,30 +15,28 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from hv_policy.belief.attitude import UPRIGHT, attitude_of
 from hv_policy.belief.camera import camera_position, project
-from hv_policy.belief.outline import OUTLINE_DIM, axes_of, outline_of, turned_outline
-from hv_policy.belief.places import MIDDLE, OBJECT
 from hv_policy.motor.proprioception import BodyState
 
 CELLS, WIDE_M = 48, 1.0
 """Cells along a side of the screen, and how wide it is."""
 FARTHEST_M = 2.5
 """From farther away a picture of 128 px does not tell."""
-NEAREST_M = 0.15
-"""Nearer than that, on the floor, the camera looks straight down."""
+NEAREST_M, USED_FROM_M = 0.15, 0.7
+"""Nearer than that, on the floor, the camera looks straight down; and nearer than the second, where arms are about and
+the thing is partly out of the picture, the network that knows its name sees more."""
 REACH_M = 0.35
 """A thing so far from the place that is looked at, on the floor, is meant."""
-HELD_SPREAD_M = 0.03
-"""Deviation of how far above its middle a thing is held."""
-_BEYOND_M = 0.1
-_ABOVE = MIDDLE.stop - 1
+TIMES, _BEYOND_M = 2, 0.1
+"""It looks so many times, each time at what it found before; what is so far beyond reach is another thing."""
+VACANT = -1.0
+"""A place with less than this for something being there is empty."""
 CHANNELS = 6
 """Colours, whether that is in the picture, its height above the floor, and how far away the screen is."""
 _WIDTHS, _STRIDES, _HIDDEN, _DROPOUT = (24, 32, 48, 64, 64), (2, 1, 2, 1, 2), 192, 0.1
-_OFFSET_UNIT_M, _HALF_UNIT_M = 0.2, 0.2
+_OFFSET_UNIT_M = 0.2
 _USUAL_SPREAD_M, _LEAST_LOG_SPREAD, _MOST_LOG_SPREAD = 0.05, math.log(0.008), math.log(0.5)
-_OUTLINE_WEIGHT, _HEIGHT_WEIGHT, _UPRIGHT_WEIGHT, _SEEN_WEIGHT = 1.0, 1.0, 0.5, 0.5
+_SEEN_WEIGHT = 0.15
 
 
 @dataclass
@@ -47,15 +45,11 @@ class Closer:
 
     at: Tensor  # (B, 3) the middle of the thing, m
     log_spread: Tensor  # (B, 3) logarithm of its deviation along the view, across it and upward, m
-    outline: Tensor  # (B, 3), `hv_policy.belief.outline`
-    half_height_m: Tensor  # (B,)
-    above_m: Tensor  # (B,) how far above its middle it is held
-    upright: Tensor  # (B,) `hv_policy.belief.attitude`
     seen: Tensor  # (B,) logit of a thing that can be carried being there
 
 
 class CloserLook(nn.Module):
-    """Pictures and where a thing is believed to be in them -> where it is, and what it is like."""
+    """Pictures and where a thing is believed to be in them -> where it is."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -68,7 +62,7 @@ class CloserLook(nn.Module):
             nn.Dropout(_DROPOUT),
             nn.Linear(_WIDTHS[-1] * cells + 4, _HIDDEN),
             nn.GELU(),
-            nn.Linear(_HIDDEN, 6 + OUTLINE_DIM + 4),
+            nn.Linear(_HIDDEN, 7),
         )
 
     def forward(self, pictures: Tensor, body: BodyState, at_h: Tensor, mirrored: Tensor | None = None) -> Closer:
@@ -93,26 +87,11 @@ class CloserLook(nn.Module):
         out = self.out(torch.cat([seen, known], 1)).float()
         along, left, up = (_OFFSET_UNIT_M * out[:, :3]).unbind(1)
         at = at_h + (torch.stack([along, side * left, up], 1)[:, None] @ axes)[:, 0]
-        xx, xy, yy = out[:, 6 : 6 + OUTLINE_DIM].unbind(1)
-        yaw = torch.atan2(axes[:, 0, 1], axes[:, 0, 0])
-        outline = turned_outline(torch.stack([xx, side * xy, yy], 1), yaw)
-        half, above, upright, logit = out[:, 6 + OUTLINE_DIM :].unbind(1)
         spread = (out[:, 3:6] + math.log(_USUAL_SPREAD_M)).clamp(_LEAST_LOG_SPREAD, _MOST_LOG_SPREAD)
-        return Closer(at, spread, outline, _HALF_UNIT_M * (1 + half), _HALF_UNIT_M * above, upright, logit)
+        return Closer(at, spread, out[:, 6])
 
 
-@dataclass
-class Thing:
-    """What was so of B things, heading frame."""
-
-    at_h: Tensor  # (B, 3) m
-    rotation_6d: Tensor  # (B, 6)
-    half_extents_m: Tensor  # (B, 3)
-    above_m: Tensor  # (B,) how far above its middle it is held, NaN where nobody knows
-    is_there: Tensor  # (B,) bool: it is near the place that is looked at, and in view
-
-
-def closer_loss(seen: Closer, axes: Tensor, truth: Thing) -> tuple[Tensor, Tensor]:
+def closer_loss(seen: Closer, axes: Tensor, truth_h: Tensor, is_there: Tensor) -> tuple[Tensor, Tensor]:
     """(B,) how wrong a closer look is, and (B, 3) by how much its place is (m): along the view, across it, upward.
 
     The place's likelihood is that of a Laplace distribution under the deviation that is said, weighted by its square
@@ -121,23 +100,14 @@ def closer_loss(seen: Closer, axes: Tensor, truth: Thing) -> tuple[Tensor, Tenso
     Args:
         seen: what is said.
         axes: (B, 3, 3) of the views (`view_axes`).
-        truth: what was so.
+        truth_h: (B, 3) where the thing is, m, heading frame.
+        is_there: (B,) bool: it is near the place that was looked at, and in view.
     """
-    wrong = ((seen.at - truth.at_h)[:, None] @ axes.mT)[:, 0].abs()
+    wrong = ((seen.at - truth_h)[:, None] @ axes.mT)[:, 0].abs()
     spread = seen.log_spread
-    likely = ((wrong / spread.exp() + spread) * (0.5 * spread.detach()).exp()).sum(1) * 4.0
-    outline = F.smooth_l1_loss(
-        seen.outline, outline_of(truth.rotation_6d, truth.half_extents_m), reduction="none", beta=0.2
-    ).mean(1)
-    half = (axes_of(truth.rotation_6d)[..., 2] * truth.half_extents_m).square().sum(1).sqrt()
-    high = (seen.half_height_m - half).abs() / _HALF_UNIT_M
-    knows = truth.above_m.isfinite()
-    held = (seen.above_m - truth.above_m.nan_to_num()).abs() / _HALF_UNIT_M * knows
-    upright = attitude_of(truth.rotation_6d)[:, UPRIGHT]
-    stands = F.smooth_l1_loss(seen.upright, upright, reduction="none", beta=0.3)
-    shape = _OUTLINE_WEIGHT * outline + _HEIGHT_WEIGHT * (high + held) + _UPRIGHT_WEIGHT * stands
-    there = F.binary_cross_entropy_with_logits(seen.seen, truth.is_there.float(), reduction="none")
-    return (likely + shape) * truth.is_there + _SEEN_WEIGHT * there, wrong.detach()
+    likely = ((wrong / spread.exp() + spread) * (0.5 * spread.detach()).exp()).sum(1)
+    there = F.binary_cross_entropy_with_logits(seen.seen, is_there.float(), reduction="none")
+    return likely * is_there + _SEEN_WEIGHT * there, wrong.detach()
 
 
 def view_axes(body: BodyState, at_h: Tensor) -> Tensor:
@@ -162,55 +132,43 @@ def screen_through(pictures: Tensor, body: BodyState, at_h: Tensor, axes: Tensor
 
 
 @dataclass
-class Refined:
-    """What n pictures say of their objects, heading frame, after a closer look where one was possible."""
+class Found:
+    """What closer looks at places of n pictures led to."""
 
-    is_so: Tensor  # (n,) bool: it was
-    places: Tensor  # (n, 21)
-    spread: Tensor  # (n, 21) deviations, m
-    outline: Tensor  # (n, 3)
-    upright: Tensor  # (n, 1)
+    rows: Tensor  # (r,) pictures in which a thing was found
+    at_h: Tensor  # (r, 3) its middle, m, heading frame
+    deviation_m: Tensor  # (r, 3) of that
+    vacant: Tensor  # (v,) pictures in which the place that was looked at is empty
 
 
-def look_closer(
-    head: CloserLook, pictures: Tensor, body: BodyState, at_h: Tensor, wanted: Tensor, before: Refined
-) -> Refined:
-    """A closer look at places (n, 3), m, heading frame, and then at what was found there.
+def look_closer(head: CloserLook, pictures: Tensor, body: BodyState, at_h: Tensor, wanted: Tensor) -> Found:
+    """A closer look at places (n, 3), m, heading frame, and again at what was found there.
 
     Args:
         head: looks.
         pictures: (n, 3, S, S).
         body: of the robots, on the CPU, as all that follows is.
         at_h: places.
-        wanted: (n,) bool; the others are left as they are.
-        before: what is known without it.
+        wanted: (n,) bool: at the others nobody looks.
     """
     rows = (wanted & _may_look(body, at_h)).nonzero()[:, 0]
-    if not len(rows):
-        return before
-    own, shown = body.rows(rows), pictures[rows.to(pictures.device)]
-    found = _on_cpu(head(shown, own.to(shown), at_h[rows].to(shown)))
-    again = torch.where((found.seen > 0)[:, None], found.at, at_h[rows])
-    found = _on_cpu(head(shown, own.to(shown), again.to(shown)))
-    sure = (found.seen > 0) & ((found.at - at_h[rows])[:, :2].norm(dim=1) < REACH_M + _BEYOND_M)
-    rows, found, axes = rows[sure], Closer(*(v[sure] for v in vars(found).values())), view_axes(own, again)[sure]
-    variance = (axes.square() * (2 * found.log_spread).exp()[..., None]).sum(1)  # (r, 3) in x, y, z
-    level, high = variance[:, :2].mean(1, keepdim=True).sqrt(), variance[:, 2:].sqrt()
-    out = Refined(*(value.clone() for value in vars(before).values()))
-    out.is_so[rows] = True
-    out.places[rows, OBJECT] = found.at
-    out.spread[rows, OBJECT] = torch.cat([level, level, high], 1)
-    out.places[rows, _ABOVE], out.spread[rows, _ABOVE] = found.above_m, HELD_SPREAD_M
-    out.outline[rows], out.upright[rows] = found.outline, found.upright[:, None]
-    return out
+    own, shown, first = body.rows(rows), pictures[rows.to(pictures.device)], at_h[rows]
+    at, axes, spread = first, view_axes(own, first), torch.zeros_like(first)
+    sure, vacant = torch.zeros(len(rows), dtype=torch.bool), torch.ones(len(rows), dtype=torch.bool)
+    for _ in range(TIMES if len(rows) else 0):
+        axes = view_axes(own, at)
+        found = head(shown, own.to(shown), at.to(shown))
+        sure, spread = (found.seen > 0).cpu(), found.log_spread.exp().cpu()
+        vacant = vacant & (found.seen < VACANT).cpu()
+        at = torch.where(sure[:, None], found.at.cpu(), at)
+    sure = sure & ((at - first)[:, :2].norm(dim=1) < REACH_M + _BEYOND_M)
+    variance = (axes * spread[..., None]).square().sum(1)
+    level = variance[:, :2].mean(1, keepdim=True).expand(-1, 2)
+    return Found(rows[sure], at[sure], torch.cat([level, variance[:, 2:]], 1).sqrt()[sure], rows[vacant])
 
 
 def _may_look(body: BodyState, at_h: Tensor) -> Tensor:
     """(n,) bool: a place (n, 3) is in view, and near enough."""
     away = (at_h - camera_position(body))[:, :2].norm(dim=1)
     _, visible = project(body, at_h[:, None])
-    return visible[:, 0] & (away < FARTHEST_M) & (away > NEAREST_M)
-
-
-def _on_cpu(found: Closer) -> Closer:
-    return Closer(*(value.cpu() for value in vars(found).values()))
+    return visible[:, 0] & (away < FARTHEST_M) & (away > USED_FROM_M)

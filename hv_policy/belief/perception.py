@@ -160,7 +160,8 @@ class Perception(nn.Module):
                 others = others + layer.read(alone, spots.words, spots.is_word).view_as(others)
             together = layer.look_and_think(torch.cat([queries, others], 1), tokens, None)
             queries, others = together[:, :own], together[:, own:]
-        pointing = self._pointing(torch.cat([queries, others], 1), sight)
+        of_objects = [OBJECT_QUERY, *(own + k for k, query in enumerate(asked) if query == OBJECT_QUERY)]
+        pointing = self._pointing(torch.cat([queries, others], 1), sight, of_objects)
         there = pointing[:, :own].exp()
         with torch.autocast(tokens.device.type, enabled=False):  # metres need more digits
             found = there[..., 1:].float() @ torch.cat([tokens, sight.rays], -1)
@@ -193,8 +194,7 @@ class Perception(nn.Module):
         return self.landmarks(sight.tokens, sight.rays, named, shows)
 
     def find_movable(self, sight: Sight) -> Tensor:
-        """(B, T) logits of each part of a picture showing something that can be carried, whatever its name. Learned,
-        and not acted on yet (docs/student.md)."""
+        """(B, T) logits of each part of a picture showing something that can be carried, whatever its name."""
         return self.movable(sight.tokens)[..., 0]
 
     def _pointed_at(self, queries: Tensor, found: Tensor) -> Tensor:
@@ -204,8 +204,12 @@ class Perception(nn.Module):
         share = self.on_floor(queries[:, :NUM_POINTED]).sigmoid()
         return (share * floor + (1 - share) * table) * (_TRUST_UNIT * self.trust)[:, None]
 
-    def _pointing(self, queries: Tensor, sight: Sight) -> Tensor:
+    def _pointing(self, queries: Tensor, sight: Sight, of_objects: Sequence[int]) -> Tensor:
+        """(B, P, 1 + T) log-probabilities of where queries (B, P, dim) point; those `of_objects` point at nothing that
+        cannot be carried."""
         scores = self.point_query(queries) @ sight.keys.transpose(1, 2)
+        likely = F.logsigmoid(self.find_movable(sight).detach())[:, None].expand(-1, len(of_objects), -1)
+        scores = scores.index_add(1, torch.tensor(of_objects, device=scores.device), likely.to(scores))
         return torch.cat([self.nowhere(queries), scores], -1).log_softmax(-1)
 
 

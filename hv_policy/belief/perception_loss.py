@@ -11,7 +11,7 @@ from torch import Tensor
 
 from hv_policy.belief.absent_names import are_absent, draw_names, noun_at
 from hv_policy.belief.boxes import can_be_carried, first_box_hit
-from hv_policy.belief.closer_look_loss import closer_look_loss, things_of
+from hv_policy.belief.closer_look_loss import closer_look_loss
 from hv_policy.belief.faces_head import faces_loss
 from hv_policy.belief.floor import POINTS_A_PICTURE, points_to_learn
 from hv_policy.belief.labels import Landmarks
@@ -44,7 +44,7 @@ OUT_OF_VIEW_SHARE = 0.3
 PIECES_ASKED, HIDDEN_ASKED, FOREIGN_ASKED, LARGE_M = 4, 2, 2, 0.3
 """Pieces whose boxes are asked for in a picture: mostly such as are in view and large, such as are elsewhere in the
 room, and such as are not in it."""
-MOVABLE_WEIGHT, CLOSER_WEIGHT = 0.2, 0.1
+MOVABLE_WEIGHT, CLOSER_WEIGHT = 0.2, 0.4
 NAMELESS = "nothing"
 _NEAR_M = 1.5
 
@@ -200,10 +200,8 @@ def perception_loss(
     if things is None:
         return loss, figures
     other, more = _other_loss(perception, sight, state, things.other)
-    known, is_object = things_of(things.boxes, places, truth.rotation_6d, truth.half_extents_m)
-    closer, of_closer = closer_look_loss(
-        perception.closer, pictures, read_proprioception(state), known, things.shown.in_view, is_object
-    )
+    body = read_proprioception(state)
+    closer, of_closer = closer_look_loss(perception.closer, pictures, body, things.boxes, things.shown.in_view)
     loss = loss + OTHER_WEIGHT * other + CLOSER_WEIGHT * closer
     return loss, figures | of_pieces | more | of_closer
 

@@ -17,7 +17,7 @@ from torch import Tensor, nn
 from hv_policy.belief.attitude import STANDS, lies
 from hv_policy.belief.belief import Belief, BeliefConfig
 from hv_policy.belief.camera import project
-from hv_policy.belief.closer_look import Refined, look_closer
+from hv_policy.belief.closer_look import look_closer
 from hv_policy.belief.compass import compass
 from hv_policy.belief.floor import floor_in_view
 from hv_policy.belief.labels import Landmarks
@@ -29,7 +29,6 @@ from hv_policy.belief.places import (
     AWAY,
     GOAL,
     GOAL_XY,
-    GROUPS,
     IS_LAST,
     MIDDLE,
     OBJECT,
@@ -40,6 +39,7 @@ from hv_policy.belief.places import (
     SPAN,
     WAYPOINT,
     stretch,
+    to_frame,
     unsquash,
 )  # fmt: skip
 from hv_policy.belief.refusals import Refusals
@@ -65,18 +65,17 @@ from hv_policy.rewording import Reworder, load_rewording
 DECISION = DecisionConfig(sees="places", geometry=0)
 SHIPPED_DECISION = Path(__file__).resolve().parents[1] / "weights" / "decision.safetensors"
 ARRIVED_M = 0.35
-TOUCHED, TOUCHED_HEIGHT, BEHIND = 3.0, 10.0, 2.0
+TOUCHED, TOUCHED_HEIGHT, BEHIND, BEFORE_GOAL, BEFORE_GOAL_M = 3.0, 10.0, 2.0, 20.0, 1.3
 """By how much more than is said a picture errs in where a thing is, and how high it is, while arms reach round it: it
 seems nearer than it is, and higher, for where arms do so it mostly hangs. And in where the goal is, of which the thing
-in the hands hides a part."""
+in the hands hides a part, and nearly all from so near."""
 _WAYPOINT, _AWAY, _PICK, _PLACE = WAYPOINT.start, AWAY.start, PICK.start, PLACE.start
 _LIFT, _LOWER = int(Phase.LIFT), int(Phase.LOWER)
 SEEN_PIECE, SURE_OF_PIECE_M, PIECE_DOUBT, OBJECT_HALF_M = 0.95, 0.55, 1.5, (0.1, 0.22)
 """What a picture says of a piece of furniture counts where that is in it as surely as this, and up to this deviation
 (two thirds of the others in rooms never seen are over a metre off); by how much more it is off there than it says; and
 what half of an object's width may be."""
-_HALF = math.log(0.5)
-_WHERE = [(place, GROUPS.index(slice(place.start, place.start + 2))) for place in (OBJECT, GOAL)]
+_HALF, _ABSENT = math.log(0.5), math.log(0.99)
 _AT_FEET_M = 0.5
 LOOKED_FOR_M = 0.3
 """Where an object is not pointed at but known to this deviation, a closer look is taken at where it should be."""
@@ -282,7 +281,7 @@ class Following:
             self._find_middle(network.reworder, looks)
         self.blind_steps += 1
         self.blind_steps[looks] = 1
-        places_h, _ = self.belief.now()
+        places_h = self.belief.now()
         searches = self._searches(places_h) & ~self.wayfinder.steps_back
         places_h = as_wide_as_felt(regripped(places_h, self.slips, lies(self._attitude)), body, phase)
         remembered = self.memory.clone()
@@ -294,8 +293,8 @@ class Following:
         on the spot to see. Having turned all round it walks to another place first (`vantage`)."""
         c, phase = self.belief.config, self.memory.phase
         to_object, carries = phase <= Phase.REACH, phase == Phase.CARRY
-        share = [self.belief.variance[:, group].sqrt() / _far(places_h[:, place]) for place, group in _WHERE]
-        spread = torch.where(carries, share[1], share[0])
+        of_object, of_goal = (self.belief.deviation_m(place) / _far(places_h[:, place]) for place in (OBJECT, GOAL))
+        spread = torch.where(carries, of_goal, of_object)
         unknown = spread > torch.where(self.searching, c.found, c.searching)
         wants = self.searching = (to_object | carries) & unknown & ~self._given_up
         seen_all = wants & (self.searched_rad >= c.search_rad)
@@ -353,21 +352,21 @@ class Following:
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
         told = ((-2 * seen.log_spread).exp() - known).clamp(min=1e-4)
         spread = told.rsqrt() * stretch(places) * self._doubtful(seen)
-        refined = self._look_closer(perception, ids, pictures, body, seen, places, spread)
-        places, spread = refined.places, refined.spread
+        self._look_closer(perception, ids, pictures, body, seen, places, spread)
         self._beside_pieces(network, ids, shown, seen, places, spread)
         in_view = 1 - seen.pointing[:, :2, 0].exp()
         self.refusals.see(ids, in_view, self.memory.phase[ids])
         spread = self.refusals.applied(ids, self.belief.pose[ids], places, spread)
-        self.belief.measure(ids, places, spread * _hidden(self.memory.phase[ids]))
-        places_h = self.belief.now()[0][ids]
+        to_goal_m = self.belief.now()[ids, GOAL_XY].norm(dim=1)
+        self.belief.measure(ids, places, spread * _hidden(self.memory.phase[ids], to_goal_m))
+        places_h = self.belief.now()[ids]
         self._miss(ids, seen, body, places_h)
         distance = places[:, OBJECT][:, :2].norm(dim=-1)
         near = self.memory.phase[ids] <= Phase.REACH
         weight = near * in_view[:, 0] / (0.3 + distance) ** 2
         at_h = places_h[:, OBJECT].to(pictures)
         faces = perception.faces(pictures, body.to(pictures), at_h, torch.zeros_like(at_h[:, 0])).cpu()
-        self.belief.measure_shape(ids, refined.outline, torch.cat([faces, refined.upright], 1), weight)
+        self.belief.measure_shape(ids, seen.outline, torch.cat([faces, seen.upright], 1), weight)
         self._find_ways(perception, shown, ids, body)
 
     def _look_closer(
@@ -379,16 +378,23 @@ class Following:
         seen: Measurement,
         places: Tensor,
         spread: Tensor,
-    ) -> Refined:
-        """What pictures say of the objects of `ids` (n,), after a closer look at where they are seen or, if they are
-        not, believed to be; for the other arguments see `_look`."""
-        before = Refined(torch.zeros(len(ids), dtype=torch.bool), places, spread, seen.outline, seen.upright)
-        believed = self.belief.now()[0][ids, OBJECT]
-        known = self.belief.variance[ids, 0].sqrt() < LOOKED_FOR_M
+    ) -> None:
+        """Takes a closer look at where the objects of `ids` (n,) are seen or, if they are not, believed to be: changes
+        places and spread (n, 21). For the other arguments see `_look`."""
         here = seen.pointing[:, OBJECT_QUERY, 0] < _HALF
+        known = self.belief.deviation_m(OBJECT)[ids] < LOOKED_FOR_M
         wanted = (self.memory.phase[ids] <= Phase.REACH) & (here | known)
-        at = torch.where(here[:, None], places[:, OBJECT], believed)
-        return look_closer(perception.closer, pictures, body, at, wanted, before)
+        at = torch.where(here[:, None], places[:, OBJECT], self.belief.now()[ids, OBJECT])
+        found = look_closer(perception.closer, pictures, body, at, wanted)
+        places[found.rows, OBJECT], spread[found.rows, OBJECT] = found.at_h, found.deviation_m
+        vacant = found.vacant[self.memory.phase[ids[found.vacant]] <= Phase.ALIGN]
+        seen.pointing[vacant, OBJECT_QUERY, 0] = seen.pointing[vacant, OBJECT_QUERY, 0].clamp(min=_ABSENT)
+        looked_at = places.clone()
+        looked_at[:, OBJECT] = at
+        xy = to_frame(looked_at, self.belief.pose[ids])[:, OBJECT][:, :2]
+        for rows, is_vacant in ((found.rows, False), (vacant, True)):
+            for row in rows.tolist():
+                self.refusals.find_vacant(int(ids[row]), xy[row], is_vacant)
 
     def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:
         """Takes in which floor is free in the pictures of environments `ids` (n,), and finds their ways over it."""
@@ -592,7 +598,7 @@ class Following:
         reaches = (now == Phase.ALIGN) | (now == Phase.REACH)
         impatient = reaches & (phase == now) & (self.memory.clock_s > c.patience_s)
         self._look_again(impatient, c.doubt)
-        unsure = self.belief.variance[:, 0].sqrt() > c.sure_m
+        unsure = self.belief.deviation_m(OBJECT) > c.sure_m
         would_reach = (phase == Phase.REACH) | (phase == Phase.SQUEEZE)
         hesitates = unsure & (now <= Phase.REACH) & would_reach
         back = impatient | hesitates
@@ -608,14 +614,15 @@ def _far(place_h: Tensor) -> Tensor:
     return (place_h[:, :2].square().sum(1) + _AT_FEET_M**2).sqrt()
 
 
-def _hidden(phase: Tensor) -> Tensor:
-    """(n, 21) by how much more than is said pictures of robots in phases (n,) err."""
+def _hidden(phase: Tensor, to_goal_m: Tensor) -> Tensor:
+    """(n, 21) by how much more than is said pictures of robots in phases (n,), so far (n,) from their goals, err."""
     factor = torch.ones(len(phase), PLACES_DIM)
     touches, holds = ((phase >= begin) & (phase <= Phase.LOWER) for begin in (Phase.REACH, Phase.LIFT))
+    of_goal = torch.where(to_goal_m < BEFORE_GOAL_M, BEFORE_GOAL, BEHIND)[:, None]
     for numbers, doubts, more in (
         (OBJECT, touches, TOUCHED),
         ([OBJECT.stop - 1, MIDDLE.stop - 1], touches, TOUCHED_HEIGHT),
-        (GOAL, holds, BEHIND),
+        (GOAL, holds, of_goal),
     ):
         factor[:, numbers] = torch.where(doubts[:, None], more, factor[:, numbers])
     return factor

@@ -23,18 +23,18 @@ from train_perception import coded_pictures, decoded, load_perception, save, war
 
 from hv_policy.belief import mirror
 from hv_policy.belief.attitude import attitude_of, lies
-from hv_policy.belief.boxes import first_box_hit
+from hv_policy.belief.boxes import can_be_carried, first_box_hit
 from hv_policy.belief.camera import pixel_rays
-from hv_policy.belief.closer_look import FARTHEST_M, CloserLook, Thing
-from hv_policy.belief.closer_look_loss import closer_look_loss, things_of
+from hv_policy.belief.closer_look import FARTHEST_M, CloserLook
+from hv_policy.belief.closer_look_loss import closer_look_loss
 from hv_policy.half_precision import in_half
 from hv_policy.motor.proprioception import read_proprioception
 
 WARMUP_STEPS, LEAST_SHARE = 200, 0.01
 HELD_OUT_EVERY, TESTED = 40, 2048
 """Of files one in so many is kept aside, and so many of their frames are looked at now and then."""
-GRID = 32
-"""Rays along a side of a picture that tell what is in view."""
+GRID, LEAST_RAYS = 32, 2
+"""Rays along a side of a picture that tell what is in view: what so many meet."""
 LOOKS_A_PICTURE = 3
 
 
@@ -44,21 +44,19 @@ class Frames:
 
     coded: list[bytes]
     state: Tensor  # (N, 223)
-    things: Thing  # of (N, T, ...)
+    boxes: Tensor  # (N, T, 7) of things
     in_view: Tensor  # (N, T) bool
-    is_object: Tensor  # (N, T) bool
     lying: Tensor  # (N,) bool: the task's object lies
 
     def of(
         self, rows: Tensor, looks: int = 1, altered: Callable[[Tensor], Tensor] | None = None
-    ) -> tuple[Tensor, Tensor, Thing, Tensor, Tensor]:
-        """Pictures, `altered` or as they are, each so many times; and their proprioception, things, and which of these
-        are in view and the task's object."""
+    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Pictures, `altered` or as they are, each so many times; and their proprioception, boxes, and which of these
+        are in view."""
         pictures = torch.from_numpy(decoded([self.coded[i] for i in rows.tolist()])).permute(0, 3, 1, 2).float() / 255
         pictures = (altered(pictures) if altered else pictures).repeat_interleave(looks, 0)
         rows = rows.repeat_interleave(looks)
-        things = Thing(*(value[rows] for value in vars(self.things).values()))
-        return pictures, self.state[rows], things, self.in_view[rows], self.is_object[rows]
+        return pictures, self.state[rows], self.boxes[rows], self.in_view[rows]
 
 
 def main() -> None:
@@ -136,21 +134,17 @@ def read_frames(files: list[Path]) -> Frames:
     rays = pixel_rays(GRID)
     for file in tqdm(files, unit="file"):
         with np.load(file) as held:
-            names = ("state", "places", "rotation", "half_extents", "boxes")
-            state, places, rotation, half, boxes = (torch.from_numpy(held[name]).float() for name in names)
+            names = ("state", "places", "rotation", "boxes")
+            state, places, rotation, boxes = (torch.from_numpy(held[name]).float() for name in names)
             exists, pictures = torch.from_numpy(held["box_name"]) >= 0, coded_pictures(held)
-        things, is_object = things_of(boxes, places, rotation, half)
-        body = read_proprioception(state)
-        label = first_box_hit(body, rays, boxes, exists)
-        in_view = torch.nn.functional.one_hot(label + 1, exists.shape[1] + 1)[..., 1:].sum(1) > 1
-        is_near = things.is_there & in_view & (things.at_h[..., :2].norm(dim=-1) < FARTHEST_M)
-        lying = lies(attitude_of(rotation)) & (is_object & is_near).any(1)
-        rows = (is_near.any(1) & places.any(1)).nonzero()[:, 0]
+        label = first_box_hit(read_proprioception(state), rays, boxes, exists)
+        in_view = torch.nn.functional.one_hot(label + 1, exists.shape[1] + 1)[..., 1:].sum(1) >= LEAST_RAYS
+        is_near = can_be_carried(boxes) & in_view & (boxes[..., :2].norm(dim=-1) < FARTHEST_M)
+        rows = is_near.any(1).nonzero()[:, 0]
         coded += [pictures[i] for i in rows.tolist()]
-        found = (state, *vars(things).values(), in_view, is_object & exists, lying)
-        parts.append(tuple(value[rows] for value in found))
-    state, *known, in_view, is_object, lying = (torch.cat(values) for values in zip(*parts, strict=True))
-    return Frames(coded, state, Thing(*known), in_view, is_object, lying)
+        lying = lies(attitude_of(rotation)) & places.any(1)
+        parts.append(tuple(value[rows] for value in (state, boxes, in_view, lying)))
+    return Frames(coded, *(torch.cat(values) for values in zip(*parts, strict=True)))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """The form `belief` as LeRobot sees it: trained from batches, acting step by step, saved and loaded."""
 
 import json
+import math
 from collections.abc import Callable
 from types import SimpleNamespace
 
@@ -297,16 +298,30 @@ def test_having_turned_all_round_it_looks_from_elsewhere_and_gives_up_in_the_end
         assert following.searched_rad[0] == 10.0
 
 
+def test_from_before_its_goal_a_picture_past_the_thing_in_the_hands_tells_next_to_nothing_of_it():
+    phase, to_goal_m = torch.tensor([Phase.CARRY, Phase.CARRY, Phase.APPROACH]), torch.tensor([0.5, 3.0, 0.5])
+    factor = student._hidden(phase, to_goal_m)
+    assert (factor[:, GOAL] == torch.tensor([[student.BEFORE_GOAL], [student.BEHIND], [1.0]])).all()
+
+
 def test_who_turns_goes_on_turning_and_who_walks_goes_on_walking(states):
     policy, _ = sure_believer(states)
     following, c = policy.student.following, BeliefConfig()
-    between = torch.full((2, 21), (c.found + c.searching) / 2).log()
+
+    def uncertain_by(share: float) -> torch.Tensor:
+        """Places 2 m away, to the left of one robot and straight ahead of the other, that uncertain."""
+        places = torch.zeros(2, 21)
+        places[0, 1] = places[1, 0] = 2.0
+        following.belief.variance[:, 0] = (share * math.hypot(2.0, 0.5)) ** 2
+        return places
+
+    between = (c.found + c.searching) / 2
     following.searching[:] = torch.tensor([True, False])
     for _ in range(3):
-        assert following._searches(between).tolist() == [True, False]
-    assert following._searches(torch.full((2, 21), c.found - 0.01).log()).tolist() == [False, False]
-    assert following._searches(between).tolist() == [False, False]
-    assert following._searches(torch.full((2, 21), c.searching + 0.01).log()).tolist() == [True, True]
+        assert following._searches(uncertain_by(between)).tolist() == [True, False]
+    assert following._searches(uncertain_by(c.found - 0.01)).tolist() == [False, False]
+    assert following._searches(uncertain_by(between)).tolist() == [False, False]
+    assert following._searches(uncertain_by(c.searching + 0.01)).tolist() == [True, True]
     following.hear(["Put it back.", following.instructions[1]])
     assert following.searching.tolist() == [False, True]
 
@@ -499,16 +514,16 @@ def test_what_should_be_in_view_and_is_not_is_believed_less(states):
     seen.pointing[0, OBJECT_QUERY, 0] = -0.01  # not there
     seen.pointing[1, OBJECT_QUERY, 0] = -3.0
     before = following.belief.variance.clone()
-    following._miss(ids, seen, read_proprioception(state), following.belief.now()[0])
+    following._miss(ids, seen, read_proprioception(state), following.belief.now())
     assert following.belief.variance[0, 0] > before[0, 0] + 0.04**2
     assert following.belief.variance[1, 0] == before[1, 0]
     assert torch.equal(following.belief.variance[:, 2], before[:, 2])  # the goal's
     near = to_frame(torch.tensor([[0.45, 0.0, 0.8] + [0.0] * 18] * 2), pose)[:, OBJECT]
     following.belief.places[:, OBJECT], hidden = near, following.belief.variance.clone()
-    following._miss(ids, seen, read_proprioception(state), following.belief.now()[0])  # the arms may be before it
+    following._miss(ids, seen, read_proprioception(state), following.belief.now())  # the arms may be before it
     assert torch.equal(following.belief.variance, hidden)
     following.belief.places[1, :2] = pose[1, :2] + 0.1  # inside the robot
-    following._miss(ids, seen, read_proprioception(state), following.belief.now()[0])
+    following._miss(ids, seen, read_proprioception(state), following.belief.now())
     assert following.belief.variance[1, 0] > before[1, 0] + 0.04**2
 
 
@@ -608,7 +623,7 @@ def test_a_goal_beside_a_piece_of_furniture_follows_from_the_piece(states, monke
     tasks = ["Put the lamp just to the left of the sofa.", "Put the lamp on the floor."]
     frames = frames_of(states[:1])
     roll(policy, frames, [tasks])
-    goal = policy.student.following.belief.now()[0][0, GOAL]
+    goal = policy.student.following.belief.now()[0, GOAL]
     beside = GAP_M + float(policy.student.following.belief.places[0, SPAN].norm().clamp(0.1, 0.22))
     # who looks at its front has its own right hand, -x here, at the left
     torch.testing.assert_close(goal[:2], torch.tensor([2.0 - 0.6 - beside, 1.0]), atol=0.1, rtol=0)

@@ -9,16 +9,13 @@ from hv_policy.belief.closer_look import (
     CELLS,
     FARTHEST_M,
     WIDE_M,
+    Closer,
     CloserLook,
-    Refined,
-    Thing,
     closer_loss,
     look_closer,
     screen_through,
     view_axes,
 )
-from hv_policy.belief.outline import outline_of
-from hv_policy.belief.places import GOAL, MIDDLE, OBJECT
 from hv_policy.motor.proprioception import BodyState, read_proprioception
 from hv_sim.observations import proprioception
 from hv_sim.suites import load_suite
@@ -66,40 +63,25 @@ def test_a_mirrored_screen_of_a_mirrored_picture_tells_the_mirrored_thing(state,
     there = head(mirror.mirrored_pictures(pictures, both), here, mirror.POINT(PLACES), both)
     seen = head(pictures, body, PLACES)
     torch.testing.assert_close(there.at, mirror.POINT(seen.at), atol=1e-4, rtol=0)
-    outline = seen.outline * torch.tensor([1.0, -1.0, 1.0])
-    torch.testing.assert_close(there.outline, outline, atol=1e-3, rtol=1e-3)
-    for name in ("log_spread", "half_height_m", "above_m", "upright", "seen"):
+    for name in ("log_spread", "seen"):
         torch.testing.assert_close(getattr(there, name), getattr(seen, name), atol=1e-3, rtol=1e-3)
 
 
-def truth(at: torch.Tensor) -> Thing:
-    six = torch.tensor([[1.0, 0.0, 0.0, 0.0, 1.0, 0.0]]).repeat(2, 1)
-    half = torch.tensor([[0.1, 0.2, 0.3]]).repeat(2, 1)
-    return Thing(at, six, half, torch.tensor([0.1, math.nan]), torch.ones(2, dtype=torch.bool))
-
-
-def test_who_sees_it_right_is_least_wrong_and_of_what_nobody_knows_nothing_is_asked(body):
-    head = CloserLook().eval()
-    seen, axes, true = head(torch.rand(2, 3, 64, 64), body, PLACES), view_axes(body, PLACES), truth(PLACES)
-    right = vars(seen) | {
-        "at": PLACES,
-        "outline": outline_of(true.rotation_6d, true.half_extents_m),
-        "half_height_m": torch.full((2,), 0.3),
-        "above_m": torch.tensor([0.1, 0.7]),
-        "upright": torch.ones(2),
-        "seen": torch.full((2,), 3.0),
-    }
-    best, apart = closer_loss(type(seen)(**right), axes, true)
+def test_who_sees_it_right_is_least_wrong_and_where_nothing_is_only_that_counts(body):
+    axes, both = view_axes(body, PLACES), torch.ones(2, dtype=torch.bool)
+    spread = torch.full((2, 3), math.log(0.05))
+    right = Closer(PLACES, spread, torch.full((2,), 3.0))
+    moved = Closer(PLACES + 0.1 * axes[:, 0], spread, right.seen)
+    unseen = Closer(PLACES, spread, -right.seen)
+    best, apart = closer_loss(right, axes, PLACES, both)
     torch.testing.assert_close(apart, torch.zeros(2, 3))
-    for name, other in right.items():
-        if name == "log_spread":
-            continue
-        worse, apart = closer_loss(type(seen)(**right | {name: other - 0.5}), axes, true)
-        assert worse[0] > best[0] + 1e-3, name
-        assert bool(worse[1] > best[1] + 1e-3) == (name != "above_m"), name
-    moved = PLACES + 0.1 * axes[:, 0]
-    _, apart = closer_loss(type(seen)(**right | {"at": moved}), axes, true)
+    worse, apart = closer_loss(moved, axes, PLACES, both)
     torch.testing.assert_close(apart, torch.tensor([[0.1, 0.0, 0.0]]).repeat(2, 1), atol=1e-5, rtol=0)
+    assert (worse > best + 0.1).all()
+    assert (closer_loss(unseen, axes, PLACES, both)[0] > best + 0.1).all()
+    absent = [closer_loss(one, axes, PLACES, ~both)[0] for one in (right, moved, unseen)]
+    torch.testing.assert_close(absent[0], absent[1])
+    assert (absent[2] < absent[0]).all()
 
 
 class Finds(CloserLook):
@@ -110,31 +92,25 @@ class Finds(CloserLook):
         self.at = at
 
     def forward(self, pictures, body, at_h, mirrored=None):
-        found = super().forward(pictures, body, at_h, mirrored)
         near = (self.at - at_h).norm(dim=1) < 0.5
-        found.at, found.seen = self.at.expand(len(at_h), -1), torch.where(near, 3.0, -3.0)
-        found.log_spread = torch.full((len(at_h), 3), math.log(0.02))
-        return found
+        spread = torch.tensor([0.04, 0.02, 0.01]).log().expand(len(at_h), -1)
+        return Closer(self.at.expand(len(at_h), -1), spread, torch.where(near, 3.0, -3.0))
 
 
-def before() -> Refined:
-    flags = torch.zeros(2, dtype=torch.bool)
-    return Refined(flags, torch.full((2, 21), 5.0), torch.full((2, 21), 0.4), torch.zeros(2, 3), torch.zeros(2, 1))
-
-
-def test_a_closer_look_replaces_what_is_known_of_the_object_alone_and_only_where_it_found_it(body):
+def test_a_closer_look_tells_where_a_thing_is_only_where_it_found_it_and_was_wanted(body):
     pictures, at = torch.rand(2, 3, 64, 64), torch.tensor([1.1, 0.1, 0.25])
     looked = torch.stack([at + torch.tensor([0.1, 0.1, 0.0]), torch.tensor([1.1, -0.8, 0.2])])
     head, everyone = Finds(at), torch.ones(2, dtype=torch.bool)
-    found = look_closer(head, pictures, body, looked, everyone, before())
-    assert found.is_so.tolist() == [True, False], "the second one looked elsewhere"
-    torch.testing.assert_close(found.places[0, OBJECT], at)
-    torch.testing.assert_close(found.spread[0, OBJECT], torch.full((3,), 0.02), atol=1e-4, rtol=0)
-    untouched = torch.ones(21, dtype=torch.bool)
-    untouched[OBJECT] = untouched[MIDDLE.stop - 1] = False
-    assert (found.places[0, untouched] == 5.0).all()
-    assert (found.spread[0, untouched] == 0.4).all()
-    assert untouched[GOAL].all()
-    assert (found.places[1] == 5.0).all()
+    found = look_closer(head, pictures, body, looked, everyone)
+    assert found.rows.tolist() == [0], "the second one looked elsewhere"
+    assert found.vacant.tolist() == [1]
+    torch.testing.assert_close(found.at_h, at[None])
+    variance = (view_axes(body, at.repeat(2, 1))[0] * torch.tensor([[0.04], [0.02], [0.01]])).square().sum(0)
+    variance[:2] = variance[:2].mean()
+    torch.testing.assert_close(found.deviation_m[0], variance.sqrt())
     for place, wanted in ((looked, ~everyone), (looked - 5.0, everyone), (looked + FARTHEST_M, everyone)):
-        assert not look_closer(head, pictures, body, place, wanted, before()).is_so.any()
+        none = look_closer(head, pictures, body, place, wanted)
+        assert (len(none.rows), len(none.at_h), len(none.deviation_m), len(none.vacant)) == (0, 0, 0, 0)
+    far = look_closer(head, pictures, body, at + torch.tensor([[0.47, 0.0, 0.0], [0.2, 0.0, 0.0]]), everyone)
+    assert far.rows.tolist() == [1], "what is farther away is another thing"
+    assert far.vacant.tolist() == []

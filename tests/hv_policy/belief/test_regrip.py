@@ -14,6 +14,7 @@ from hv_policy.belief.regrip import (
     LOWER_M,
     LYING_M,
     NARROWEST_M,
+    TOUCHING_M,
     WIDE_M,
     WIDER_M,
     as_wide_as_felt,
@@ -101,6 +102,15 @@ def test_whose_hands_come_together_while_they_carry_has_lost_it():
         empty, held = still_held(body, torch.full((3,), int(phase)), began)
         expected = ([True, False, False], [False, False, True]) if phase in holds else ([False] * 3, [False] * 3)
         assert (empty.tolist(), held.tolist()) == expected
+
+
+def test_hands_that_meet_hold_nothing_however_near_they_were_when_they_began_to_lift():
+    pos, began = torch.zeros(1, 15, 3), torch.zeros(1, 2, 3)
+    pos[:, HANDS[1], 1] = began[:, 1, 1] = 2 * HAND_RADIUS_M
+    body = BodyState(pos, torch.eye(3).expand(1, 15, 3, 3), torch.zeros(1, 15, 3), torch.zeros(1, 15, 3))
+    empty, held = still_held(body, torch.full((1,), int(Phase.CARRY)), began)
+    assert (empty.item(), held.item()) == (True, False)
+    assert 2 * HAND_RADIUS_M < TOUCHING_M < CLOSED_M
 
 
 def test_what_was_dropped_is_held_lowest_at_once():
