@@ -22,9 +22,8 @@ CELLS, WIDE_M = 48, 1.0
 """Cells along a side of the screen, and how wide it is."""
 FARTHEST_M = 2.5
 """From farther away a picture of 128 px does not tell."""
-NEAREST_M, USED_FROM_M = 0.15, 0.7
-"""Nearer than that, on the floor, the camera looks straight down; and nearer than the second, where arms are about and
-the thing is partly out of the picture, the network that knows its name sees more."""
+NEAREST_M = 0.15
+"""Nearer than that, on the floor, the camera looks straight down."""
 REACH_M = 0.35
 """A thing so far from the place that is looked at, on the floor, is meant."""
 TIMES, _BEYOND_M = 2, 0.1
@@ -171,4 +170,4 @@ def _may_look(body: BodyState, at_h: Tensor) -> Tensor:
     """(n,) bool: a place (n, 3) is in view, and near enough."""
     away = (at_h - camera_position(body))[:, :2].norm(dim=1)
     _, visible = project(body, at_h[:, None])
-    return visible[:, 0] & (away < FARTHEST_M) & (away > USED_FROM_M)
+    return visible[:, 0] & (away < FARTHEST_M) & (away > NEAREST_M)

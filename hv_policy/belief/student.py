@@ -77,8 +77,6 @@ SEEN_PIECE, SURE_OF_PIECE_M, PIECE_DOUBT, OBJECT_HALF_M = 0.95, 0.55, 1.5, (0.1,
 what half of an object's width may be."""
 _HALF, _ABSENT = math.log(0.5), math.log(0.99)
 _AT_FEET_M = 0.5
-LOOKED_FOR_M = 0.3
-"""Where an object is not pointed at but known to this deviation, a closer look is taken at where it should be."""
 MIDDLE_SPREAD_M = 0.2
 """Deviation of the middle of the room from what the map shows."""
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
@@ -379,22 +377,20 @@ class Following:
         places: Tensor,
         spread: Tensor,
     ) -> None:
-        """Takes a closer look at where the objects of `ids` (n,) are seen or, if they are not, believed to be: changes
-        places and spread (n, 21). For the other arguments see `_look`."""
-        here = seen.pointing[:, OBJECT_QUERY, 0] < _HALF
-        known = self.belief.deviation_m(OBJECT)[ids] < LOOKED_FOR_M
-        wanted = (self.memory.phase[ids] <= Phase.REACH) & (here | known)
-        at = torch.where(here[:, None], places[:, OBJECT], self.belief.now()[ids, OBJECT])
-        found = look_closer(perception.closer, pictures, body, at, wanted)
-        places[found.rows, OBJECT], spread[found.rows, OBJECT] = found.at_h, found.deviation_m
-        vacant = found.vacant[self.memory.phase[ids[found.vacant]] <= Phase.ALIGN]
-        seen.pointing[vacant, OBJECT_QUERY, 0] = seen.pointing[vacant, OBJECT_QUERY, 0].clamp(min=_ABSENT)
-        looked_at = places.clone()
-        looked_at[:, OBJECT] = at
-        xy = to_frame(looked_at, self.belief.pose[ids])[:, OBJECT][:, :2]
+        """Takes a closer look at where the objects of `ids` (n,) are seen: changes places and spread (n, 21). For the
+        other arguments see `_look`."""
+        phase, looked_at = self.memory.phase[ids], to_frame(places, self.belief.pose[ids])[:, OBJECT][:, :2]
+        wanted = (phase <= Phase.REACH) & (seen.pointing[:, OBJECT_QUERY, 0] < _HALF)
+        found = look_closer(perception.closer, pictures, body, places[:, OBJECT], wanted)
+        places[found.rows, :2], spread[found.rows, :2] = found.at_h[:, :2], found.deviation_m[:, :2]
+        # how high a thing stands that nobody has touched, who knows its name tells better
+        moved = self.touched[ids[found.rows]]
+        places[found.rows[moved], 2], spread[found.rows[moved], 2] = found.at_h[moved, 2], found.deviation_m[moved, 2]
+        vacant = found.vacant[phase[found.vacant] <= Phase.ALIGN]
+        seen.pointing[vacant, OBJECT_QUERY, 0] = _ABSENT
         for rows, is_vacant in ((found.rows, False), (vacant, True)):
             for row in rows.tolist():
-                self.refusals.find_vacant(int(ids[row]), xy[row], is_vacant)
+                self.refusals.find_vacant(int(ids[row]), looked_at[row], is_vacant)
 
     def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:
         """Takes in which floor is free in the pictures of environments `ids` (n,), and finds their ways over it."""
