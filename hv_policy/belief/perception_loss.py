@@ -10,8 +10,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from hv_policy.belief.absent_names import are_absent, draw_names, noun_at
-from hv_policy.belief.boxes import can_be_carried, first_box_hit
-from hv_policy.belief.closer_look_loss import closer_look_loss
+from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.faces_head import faces_loss
 from hv_policy.belief.floor import POINTS_A_PICTURE, points_to_learn
 from hv_policy.belief.labels import Landmarks
@@ -44,7 +43,8 @@ OUT_OF_VIEW_SHARE = 0.3
 PIECES_ASKED, HIDDEN_ASKED, FOREIGN_ASKED, LARGE_M = 4, 2, 2, 0.3
 """Pieces whose boxes are asked for in a picture: mostly such as are in view and large, such as are elsewhere in the
 room, and such as are not in it."""
-MOVABLE_WEIGHT, CLOSER_WEIGHT = 0.2, 0.4
+MOVABLE_HALF_M, MOVABLE_WEIGHT = 0.24, 0.2
+"""Things to be moved are no wider than that, nearly all furniture is."""
 NAMELESS = "nothing"
 _NEAR_M = 1.5
 
@@ -200,10 +200,7 @@ def perception_loss(
     if things is None:
         return loss, figures
     other, more = _other_loss(perception, sight, state, things.other)
-    body = read_proprioception(state)
-    closer, of_closer = closer_look_loss(perception.closer, pictures, body, things.boxes, things.shown.in_view)
-    loss = loss + OTHER_WEIGHT * other + CLOSER_WEIGHT * closer
-    return loss, figures | of_pieces | more | of_closer
+    return loss + OTHER_WEIGHT * other, figures | of_pieces | more
 
 
 def _other_loss(
@@ -327,7 +324,8 @@ def movable_loss(
         label: (B, T) int64 which thing each part shows, -1 for none.
         boxes: (B, J, 7) of the things.
     """
-    truth = can_be_carried(boxes).gather(1, label.clamp(min=0)) & (label >= 0)
+    can_be = boxes[..., 3:5].amax(-1) < MOVABLE_HALF_M
+    truth = can_be.gather(1, label.clamp(min=0)) & (label >= 0)
     logits = perception.find_movable(sight)
     loss = F.binary_cross_entropy_with_logits(logits, truth.float(), reduction="none").mean(1)
     wrong = (logits.detach() > 0) != truth

@@ -13,8 +13,6 @@ AGREE_M = 0.25
 """A thing so near to its goal was put down where it was meant to be put; farther away it was put down badly."""
 AROUND_M = 0.45
 """So far around what was refused nothing is believed to be meant."""
-EMPTY_LOOKS = 4
-"""So many looks in turn have to find a place empty."""
 SURE = 0.9
 """Goals that are seen in a smaller share of the pictures are refused before the thing is."""
 _LATEST = 0.1
@@ -30,27 +28,16 @@ class Refusals:
         """(N, 2) in which share of the latest pictures the object, while it was walked to, and its goal were seen."""
         self._refused: list[list[tuple[slice, Tensor]]] = [[] for _ in range(num)]
         self._missed = [False] * num
-        self._vacant: list[list[Tensor]] = [[] for _ in range(num)]
-        self._empty_looks = [0] * num
 
     def forget(self, env: int) -> None:
         """Environment `env` has something else to do."""
         self._refused[env], self._missed[env] = [], False
-        self._vacant[env], self._empty_looks[env] = [], 0
         self.seen[env] = 1.0
 
     def see(self, ids: Tensor, in_view: Tensor, phase: Tensor) -> None:
         """Environments `ids` (n,) in phases (n,) saw the object and its goal with probabilities `in_view` (n, 2)."""
         counts = torch.stack([phase <= Phase.REACH, (phase >= Phase.CARRY) & (phase <= Phase.LOWER)], -1)
         self.seen[ids] += _LATEST * counts * (in_view - self.seen[ids])
-
-    def find_vacant(self, env: int, xy: Tensor, is_vacant: bool) -> None:
-        """Environment `env` looked closely at `xy` (2,), where the object might be, and something is there or not. What
-        was found empty several times in turn is not believed to be the object another time."""
-        self._empty_looks[env] = self._empty_looks[env] + 1 if is_vacant else 0
-        if self._empty_looks[env] >= EMPTY_LOOKS:
-            self._vacant[env].append(xy.clone())
-            self._empty_looks[env] = 0
 
     def refuse(self, env: int, places: Tensor) -> slice | None:
         """Decides which was wrong in environment `env`, `OBJECT` or `GOAL`; `None`: it did not get where it should.
@@ -83,12 +70,11 @@ class Refusals:
             places_h: (n, 21) heading frame.
             spread: (n, 21) m.
         """
-        if not any(self._refused[env] or self._vacant[env] for env in ids.tolist()):
+        if not any(self._refused[env] for env in ids.tolist()):
             return spread
         seen, out = to_frame(places_h, pose), spread.clone()
         for row, env in enumerate(ids.tolist()):
-            vacant = [(OBJECT, at) for at in self._vacant[env]]
-            for place, at in self._refused[env] + vacant:
+            for place, at in self._refused[env]:
                 if float((seen[row, place][:2] - at).norm()) < AROUND_M:
                     for numbers in _GOES_WITH[place.start]:
                         out[row, numbers] = _IGNORED_M

@@ -17,13 +17,12 @@ from torch import Tensor, nn
 from hv_policy.belief.attitude import STANDS, lies
 from hv_policy.belief.belief import Belief, BeliefConfig
 from hv_policy.belief.camera import project
-from hv_policy.belief.closer_look import look_closer
 from hv_policy.belief.compass import compass
 from hv_policy.belief.floor import floor_in_view
 from hv_policy.belief.labels import Landmarks
 from hv_policy.belief.landmark_head import OFFSETS
 from hv_policy.belief.odometry import Odometry, load_odometry
-from hv_policy.belief.perception import GOAL_QUERY, OBJECT_QUERY, Measurement, Perception, Sight
+from hv_policy.belief.perception import GOAL_QUERY, Measurement, Perception, Sight
 from hv_policy.belief.perception_loss import Truth, perception_loss, read_things
 from hv_policy.belief.places import (
     AWAY,
@@ -39,7 +38,6 @@ from hv_policy.belief.places import (
     SPAN,
     WAYPOINT,
     stretch,
-    to_frame,
     unsquash,
 )  # fmt: skip
 from hv_policy.belief.refusals import Refusals
@@ -75,7 +73,7 @@ SEEN_PIECE, SURE_OF_PIECE_M, PIECE_DOUBT, OBJECT_HALF_M = 0.95, 0.55, 1.5, (0.1,
 """What a picture says of a piece of furniture counts where that is in it as surely as this, and up to this deviation
 (two thirds of the others in rooms never seen are over a metre off); by how much more it is off there than it says; and
 what half of an object's width may be."""
-_HALF, _ABSENT = math.log(0.5), math.log(0.99)
+_HALF = math.log(0.5)
 _AT_FEET_M = 0.5
 MIDDLE_SPREAD_M = 0.2
 """Deviation of the middle of the room from what the map shows."""
@@ -350,7 +348,6 @@ class Following:
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
         told = ((-2 * seen.log_spread).exp() - known).clamp(min=1e-4)
         spread = told.rsqrt() * stretch(places) * self._doubtful(seen)
-        self._look_closer(perception, ids, pictures, body, seen, places, spread)
         self._beside_pieces(network, ids, shown, seen, places, spread)
         in_view = 1 - seen.pointing[:, :2, 0].exp()
         self.refusals.see(ids, in_view, self.memory.phase[ids])
@@ -366,31 +363,6 @@ class Following:
         faces = perception.faces(pictures, body.to(pictures), at_h, torch.zeros_like(at_h[:, 0])).cpu()
         self.belief.measure_shape(ids, seen.outline, torch.cat([faces, seen.upright], 1), weight)
         self._find_ways(perception, shown, ids, body)
-
-    def _look_closer(
-        self,
-        perception: Perception,
-        ids: Tensor,
-        pictures: Tensor,
-        body: BodyState,
-        seen: Measurement,
-        places: Tensor,
-        spread: Tensor,
-    ) -> None:
-        """Takes a closer look at where the objects of `ids` (n,) are seen: changes places and spread (n, 21). For the
-        other arguments see `_look`."""
-        phase, looked_at = self.memory.phase[ids], to_frame(places, self.belief.pose[ids])[:, OBJECT][:, :2]
-        wanted = (phase <= Phase.REACH) & (seen.pointing[:, OBJECT_QUERY, 0] < _HALF)
-        found = look_closer(perception.closer, pictures, body, places[:, OBJECT], wanted)
-        places[found.rows, :2], spread[found.rows, :2] = found.at_h[:, :2], found.deviation_m[:, :2]
-        # how high a thing stands that nobody has touched, who knows its name tells better
-        moved = self.touched[ids[found.rows]]
-        places[found.rows[moved], 2], spread[found.rows[moved], 2] = found.at_h[moved, 2], found.deviation_m[moved, 2]
-        vacant = found.vacant[phase[found.vacant] <= Phase.ALIGN]
-        seen.pointing[vacant, OBJECT_QUERY, 0] = _ABSENT
-        for rows, is_vacant in ((found.rows, False), (vacant, True)):
-            for row in rows.tolist():
-                self.refusals.find_vacant(int(ids[row]), looked_at[row], is_vacant)
 
     def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:
         """Takes in which floor is free in the pictures of environments `ids` (n,), and finds their ways over it."""

@@ -3,7 +3,7 @@
 import torch
 
 from hv_policy.belief.places import GOAL, OBJECT, PICK, PLACE, PLACES_DIM, SPAN
-from hv_policy.belief.refusals import AGREE_M, AROUND_M, EMPTY_LOOKS, SURE, Refusals
+from hv_policy.belief.refusals import AGREE_M, AROUND_M, SURE, Refusals
 from hv_policy.decision.view import Phase
 
 
@@ -67,24 +67,3 @@ def test_what_counts_are_the_pictures_on_the_way_to_each():
     for _ in range(50):
         refusals.see(ids, torch.tensor([[0.9, 0.3]]), torch.tensor([int(Phase.CARRY)]))
     torch.testing.assert_close(refusals.seen, torch.tensor([[1.0, 1.0], [0.2, 0.3]]), atol=0.02, rtol=0)
-
-
-def test_what_was_found_empty_several_times_in_turn_is_not_the_thing_and_only_there():
-    refusals, at = Refusals(2), torch.tensor([2.0, 1.0])
-    for looks in (EMPTY_LOOKS - 1, EMPTY_LOOKS - 1):
-        for _ in range(looks):
-            refusals.find_vacant(0, at, True)
-        refusals.find_vacant(0, at, False)
-    spread, pose = torch.ones(2, PLACES_DIM), torch.zeros(2, 3)
-    places, both = torch.stack([believed(), believed()]), torch.tensor([0, 1])
-    assert refusals.applied(both, pose, places, spread) is spread, "something was there in between"
-    for _ in range(EMPTY_LOOKS):
-        refusals.find_vacant(0, at, True)
-    out = refusals.applied(both, pose, places, spread)
-    assert (out[0, OBJECT] > 100).all()
-    assert (out[0, GOAL] == 1).all()
-    assert (out[1] == 1).all()
-    elsewhere = torch.stack([believed((2.0 + AROUND_M + 0.05, 1.0)), believed()])
-    assert (refusals.applied(both, pose, elsewhere, spread) == 1).all()
-    refusals.forget(0)
-    assert refusals.applied(both, pose, places, spread) is spread
