@@ -41,7 +41,6 @@ for _number, _group in enumerate(GROUPS):
 _OF_OBJECT = [i for i, g in enumerate(GROUPS) if g.start in (0, 2, 6, 8, 9, 11, 12, 14)]
 """Groups that are settled anew when the object was lost: the object, how to hold it, and where to stand for that."""
 _HELD_STARTS = (SPAN.start, MIDDLE.start)
-_GOAL_GROUP = GROUPS.index(GOAL_XY)
 _LEVEL_GROUP = {place.start: GROUPS.index(slice(place.start, place.start + 2)) for place in (OBJECT, GOAL)}
 _OF_GOAL = [i for i, g in enumerate(GROUPS) if g.start in (3, 5)]
 
@@ -170,7 +169,7 @@ class Belief:
     def know_goal(self, env: int, xy: Tensor, deviation_m: float) -> None:
         """Environment `env` knows where its goal is, (2,) in the frame of `pose`."""
         self.places[env, GOAL_XY] = xy
-        self.variance[env, _GOAL_GROUP] = deviation_m**2
+        self.variance[env, _LEVEL_GROUP[GOAL.start]] = deviation_m**2
 
     def disbelieve(self, ids: Tensor, place: slice) -> None:
         """Environments `ids` (n,) looked where `place` (`OBJECT` or `GOAL`) should be, and it was not there."""

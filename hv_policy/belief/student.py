@@ -352,7 +352,7 @@ class Following:
         in_view = 1 - seen.pointing[:, :2, 0].exp()
         self.refusals.see(ids, in_view, self.memory.phase[ids])
         spread = self.refusals.applied(ids, self.belief.pose[ids], places, spread)
-        to_goal_m = self.belief.now()[ids, GOAL_XY].norm(dim=1)
+        to_goal_m = (self.belief.places[ids, GOAL_XY] - self.belief.pose[ids, :2]).norm(dim=1)
         self.belief.measure(ids, places, spread * _hidden(self.memory.phase[ids], to_goal_m))
         places_h = self.belief.now()[ids]
         self._miss(ids, seen, body, places_h)
