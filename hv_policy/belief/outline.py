@@ -48,6 +48,12 @@ def half_extent_m(outline: Tensor, yaw_rad: Tensor) -> Tensor:
     return ((c * c * xx + 2 * c * s * xy + s * s * yy) * _SPREAD_UNIT_M2).clamp(min=0.03**2).sqrt()
 
 
+def outline_along(half_m: Tensor, yaw_rad: Tensor) -> Tensor:
+    """(N, 3) the outline that has half extents (N, 2) along yaws (N,) and across them."""
+    along, across = (half_m.square() / _SPREAD_UNIT_M2).unbind(1)
+    return turned_outline(torch.stack([along, torch.zeros_like(along), across], 1), yaw_rad)
+
+
 def compass_yaw_rad(compass: Tensor) -> Tensor:
     """(N,) one of the four directions."""
     return torch.atan2(compass[:, 1], compass[:, 0]) / 4

@@ -13,6 +13,7 @@ from torch import Tensor, nn
 
 from hv_policy.belief.attitude import UPRIGHT, attitude_of
 from hv_policy.belief.camera import RAY_DIM, pixel_rays, project, ray_features
+from hv_policy.belief.closer_look import CloserLook
 from hv_policy.belief.faces_head import FacesHead
 from hv_policy.belief.floor import FloorHead
 from hv_policy.belief.landmark_head import LandmarkHead, Piece
@@ -117,6 +118,7 @@ class Perception(nn.Module):
         self.outline = nn.Linear(size.hidden, OUTLINE_DIM)
         self.upright = nn.Linear(size.hidden, 1)
         self.faces = FacesHead()
+        self.closer = CloserLook()
         self.landmarks = LandmarkHead(dim)
         self.movable = nn.Sequential(nn.Linear(dim, dim), nn.GELU(), nn.Linear(dim, 1))
         self.on_floor = nn.Linear(dim, 1)

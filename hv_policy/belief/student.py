@@ -17,12 +17,14 @@ from torch import Tensor, nn
 from hv_policy.belief.attitude import STANDS, lies
 from hv_policy.belief.belief import Belief, BeliefConfig
 from hv_policy.belief.camera import project
+from hv_policy.belief.closer_look import Found, look_closer
 from hv_policy.belief.compass import compass
+from hv_policy.belief.fallen import as_it_lies, measured_standing
 from hv_policy.belief.floor import floor_in_view
 from hv_policy.belief.labels import Landmarks
 from hv_policy.belief.landmark_head import OFFSETS
 from hv_policy.belief.odometry import Odometry, load_odometry
-from hv_policy.belief.perception import GOAL_QUERY, Measurement, Perception, Sight
+from hv_policy.belief.perception import GOAL_QUERY, OBJECT_QUERY, Measurement, Perception, Sight
 from hv_policy.belief.perception_loss import Truth, perception_loss, read_things
 from hv_policy.belief.places import (
     AWAY,
@@ -43,6 +45,7 @@ from hv_policy.belief.places import (
 from hv_policy.belief.refusals import Refusals
 from hv_policy.belief.regrip import LEVELS, as_wide_as_felt, closed_on_little, next_try, regripped, still_held
 from hv_policy.belief.room_middle import room_middle
+from hv_policy.belief.stands import LOW_M
 from hv_policy.belief.task_places import leg_is_done, view_of
 from hv_policy.belief.wayfinder import Wayfinder
 from hv_policy.decision.memory import TaskMemory
@@ -75,6 +78,7 @@ SEEN_PIECE, SURE_OF_PIECE_M, PIECE_DOUBT, OBJECT_HALF_M = 0.95, 0.55, 1.5, (0.1,
 what half of an object's width may be."""
 _HALF = math.log(0.5)
 _AT_FEET_M = 0.5
+CLOSER_M = 0.35
 MIDDLE_SPREAD_M = 0.2
 """Deviation of the middle of the room from what the map shows."""
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
@@ -175,6 +179,8 @@ class Following:
     """(N,) bool: it lay on the floor, or was getting up, before the last step."""
     touched: Tensor
     """(N,) bool: it has had its hands on the object since the instruction."""
+    stood_m: Tensor
+    """(N, 3) half extents of the object before that (`hv_policy.belief.fallen`)."""
     pieces: dict[str, Tensor] = field(default_factory=dict)
     """Words for pieces of furniture -> what is looked for to find them."""
     felt: Tensor | None = None
@@ -192,7 +198,7 @@ class Following:
         search = no, zero.clone(), zero.clone(), zero.clone(), torch.zeros(n, 2)
         told = list(instructions)
         work = none, zero.clone(), Refusals(n), Rising(n)
-        body = {"lay": no.clone(), "touched": no.clone()}
+        body = {"lay": no.clone(), "touched": no.clone(), "stood_m": torch.zeros(n, 3)}
         return Following(belief, memory, prior, told, blind, wayfinder, *search, *work, **body)
 
     def copy(self) -> Following:
@@ -348,6 +354,7 @@ class Following:
         known = (-2 * PRIOR_SPREAD.log()).exp() * ~self._given_up[ids][:, None]
         told = ((-2 * seen.log_spread).exp() - known).clamp(min=1e-4)
         spread = told.rsqrt() * stretch(places) * self._doubtful(seen)
+        closer = self._look_closer(perception, ids, pictures, body, seen, places, spread)
         self._beside_pieces(network, ids, shown, seen, places, spread)
         in_view = 1 - seen.pointing[:, :2, 0].exp()
         self.refusals.see(ids, in_view, self.memory.phase[ids])
@@ -361,8 +368,42 @@ class Following:
         weight = near * in_view[:, 0] / (0.3 + distance) ** 2
         at_h = places_h[:, OBJECT].to(pictures)
         faces = perception.faces(pictures, body.to(pictures), at_h, torch.zeros_like(at_h[:, 0])).cpu()
-        self.belief.measure_shape(ids, seen.outline, torch.cat([faces, seen.upright], 1), weight)
+        outline, attitude = seen.outline, torch.cat([faces, seen.upright], 1)
+        outline[closer.rows], attitude[closer.rows] = closer.outline, closer.attitude
+        self.belief.measure_shape(ids, outline, attitude, weight)
+        self._lie_as_before(ids)
         self._find_ways(perception, shown, ids, body)
+
+    def _look_closer(
+        self,
+        perception: Perception,
+        ids: Tensor,
+        pictures: Tensor,
+        body: BodyState,
+        seen: Measurement,
+        places: Tensor,
+        spread: Tensor,
+    ) -> Found:
+        """Takes a closer look at what slipped out of the hands of `ids` (n,), lies anyhow and will be reached for:
+        changes places and spread (n, 21). For the other arguments see `_look`."""
+        wanted = self.touched[ids] & (self.memory.phase[ids] <= Phase.REACH)
+        pointed = seen.pointing[:, OBJECT_QUERY, 0] < _HALF
+        believed, known = self.belief.now()[ids, OBJECT], self.belief.deviation_m(OBJECT)[ids] < CLOSER_M
+        at_h = torch.where(pointed[:, None], places[:, OBJECT], believed)
+        found = look_closer(perception.closer, pictures, body, at_h, wanted & (pointed | known))
+        places[found.rows, OBJECT], spread[found.rows, OBJECT] = found.at_h, found.deviation_m
+        seen.pointing[found.rows, OBJECT_QUERY, 0] += _HALF
+        return found
+
+    def _lie_as_before(self, ids: Tensor) -> None:
+        """Whose object, of `ids` (n,), has slipped out of the hands believes that it is as large as it was."""
+        height_m = self.belief.places[:, OBJECT.stop - 1]
+        before = self.touched & (self.memory.phase <= Phase.REACH) & (self.slips > 0) & (height_m < LOW_M)
+        rows = ids[before[ids] & (self.belief.shape_weight[ids] > 0)]
+        if len(rows):
+            belief = self.belief
+            seen = belief.outline[rows], belief.attitude[rows], height_m[rows]
+            belief.outline[rows], belief.attitude[rows], height_m[rows] = as_it_lies(self.stood_m[rows], *seen)
 
     def _find_ways(self, perception: Perception, shown: Sight, ids: Tensor, body: BodyState) -> None:
         """Takes in which floor is free in the pictures of environments `ids` (n,), and finds their ways over it."""
@@ -478,7 +519,7 @@ class Following:
         phase = self._elsewhere(phase)
         before_this = self.memory.phase
         phase, closed = self._felt(body, phase)
-        self.touched = self.touched | (phase >= Phase.SQUEEZE)
+        self._take_hold(phase >= Phase.SQUEEZE)
         self.rising.begin_where_given_up(before_this, phase)
         stuck = (before_this == Phase.RETREAT) & (phase == Phase.RETREAT)
         stuck &= self.memory.clock_s > self.belief.config.patience_s
@@ -503,6 +544,16 @@ class Following:
         action = _at_its_place(decision, sights, hand_anchors(view, vector), geometry, vector)
         self.memory.tick()
         return _at_its_place(decision, action, ask=decision.from_units)
+
+    def _take_hold(self, holds: Tensor) -> None:
+        """Who has its hands on the object (N,) for the first time remembers how large it was, standing."""
+        first = (holds & ~self.touched).nonzero()[:, 0]
+        if len(first):
+            belief, places = self.belief, self.belief.places[first]
+            along_walls = torch.cat([belief.compass[first], STANDS[2:].expand(len(first), 1)], 1)
+            known = places[:, OBJECT.stop - 1], places[:, MIDDLE.stop - 1]
+            self.stood_m[first] = measured_standing(belief.outline[first], along_walls, *known)
+        self.touched = self.touched | holds
 
     def _felt(self, body: BodyState, phase: Tensor) -> tuple[Tensor, Tensor]:
         """(N,) the phase that comes next, but who has nothing between the hands starts anew, and who has something goes

@@ -212,6 +212,17 @@ def test_how_faces_run_is_trained_alone(packed, tmp_path):
     assert load_student(tmp_path).student is not None
 
 
+def test_the_closer_look_is_trained_alone(packed, tmp_path):
+    script, options = FOLDER / "train_closer.py", ["--seconds=2", "--batch=8"]
+    folders = ["--init", SHIPPED_STUDENT, "--frames", packed, "--output", tmp_path]
+    done = subprocess.run([sys.executable, script, *folders, *options], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr[-2000:]
+    before, after = (load_file(folder / "model.safetensors") for folder in (SHIPPED_STUDENT, tmp_path))
+    changed = {name for name in before if not torch.equal(before[name], after[name])}
+    assert changed == {name for name in before if name.startswith("network.perception.closer.")}
+    assert load_student(tmp_path).student is not None
+
+
 @pytest.mark.slow
 def test_two_processes_train_one_network(packed, tmp_path):
     script, options = FOLDER / "train_perception.py", ["--seconds=8", "--batch=8", "--decoders=1", "--report-s=0.1"]

@@ -15,10 +15,12 @@ from hv_policy.belief import student
 from hv_policy.belief.belief import BeliefConfig
 from hv_policy.belief.boxes import first_box_hit
 from hv_policy.belief.camera import project
+from hv_policy.belief.closer_look import Found
 from hv_policy.belief.floor_map import cells_of
 from hv_policy.belief.floor_patch import patch_points, write_patch
 from hv_policy.belief.labels import LABELS
 from hv_policy.belief.landmark_head import GAP_M, Piece
+from hv_policy.belief.outline import half_extent_m, outline_along
 from hv_policy.belief.perception import GOAL_QUERY, OBJECT_QUERY, measurement_loss
 from hv_policy.belief.perception_loss import perception_loss
 from hv_policy.belief.places import GOAL, OBJECT, PICK, PLACE, SPAN, to_frame
@@ -419,6 +421,55 @@ def test_what_slipped_out_of_the_hands_is_held_otherwise_until_there_is_somethin
         assert following.copy().slips.tolist() == [slips, 0]
     following.hear(["Put it back.", following.instructions[1]])
     assert following.slips.tolist() == [0, 0]
+
+
+def test_what_has_been_in_the_hands_is_looked_at_closer_and_told_in_metres(states, monkeypatch):
+    policy, frame = sure_believer(states)
+    following, asked = policy.student.following, []
+
+    def look_closer(head, pictures, body, at_h, wanted):
+        asked.append(wanted.tolist())
+        rows = wanted.nonzero()[:, 0]
+        shape = torch.tensor([0.3, 0.1, 0.5]), torch.tensor([1.0, 0.0, 0.1])
+        there = at_h[rows] + torch.tensor([0.1, 0.0, 0.05]), torch.full((len(rows), 3), 0.002)
+        return Found(rows, *there, *(one.expand(len(rows), -1) for one in shape))
+
+    monkeypatch.setattr(student, "look_closer", look_closer)
+    before = following.belief.now()[:, OBJECT].clone()
+    following.touched[:] = torch.tensor([True, False])
+    following.belief.variance[:, :2] = 0.01
+    for _ in range(3):
+        following.blind_steps[:], following.memory.phase[:] = 99, int(Phase.APPROACH)
+        policy.select_action({**frame, "task": TASKS})
+    assert asked == [[True, False]] * 3
+    moved = (following.belief.now()[:, OBJECT] - before).norm(dim=1)
+    assert moved[0] > 0.08 > 0.04 > moved[1]
+    assert following.belief.attitude[0, 2] < 0.6 < following._attitude[1, 2]
+
+
+def test_how_large_a_thing_was_is_remembered_from_before_it_was_touched(states):
+    policy, frame = sure_believer(states)
+    following = policy.student.following
+    belief, none = following.belief, torch.tensor([False, False])
+    half_m = torch.tensor([0.1, 0.15])
+    belief.compass[:], belief.outline[:] = torch.tensor([1.0, 0.0]), outline_along(half_m[None], torch.zeros(1))
+    belief.places[:, 2] = 0.25
+    following._take_hold(~none)
+    torch.testing.assert_close(following.stood_m, torch.tensor([[0.1, 0.15, 0.25]]).expand(2, -1), atol=1e-4, rtol=0)
+    belief.outline[:] = outline_along(torch.tensor([[0.12, 0.22]]), torch.zeros(1))  # it lies
+    belief.attitude[:], belief.shape_weight[:] = torch.tensor([1.0, 0.0, 0.3]), 1.0
+    belief.places[:, 2] = 0.17
+    following._take_hold(~none)
+    torch.testing.assert_close(following.stood_m[:, 2], torch.tensor([0.25, 0.25]), atol=1e-4, rtol=0)
+    following.slips[:], following.memory.phase[:] = torch.tensor([1, 0]), int(Phase.APPROACH)
+    following._lie_as_before(torch.tensor([0, 1]))
+    wide = half_extent_m(belief.outline, torch.full((2,), torch.pi / 2))
+    assert wide[0] == pytest.approx(0.25, abs=0.01)
+    assert belief.places[0, 2] == pytest.approx(0.15, abs=0.01)
+    assert wide[1] == pytest.approx(0.22, abs=1e-3)
+    assert belief.places[1, 2] == pytest.approx(0.17)
+    following.hear(["Put it back.", following.instructions[1]])
+    assert following.touched.tolist() == [False, True]
 
 
 def test_who_hesitates_for_long_steps_back_and_looks_anew(states):
