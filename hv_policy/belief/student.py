@@ -79,6 +79,8 @@ what half of an object's width may be."""
 _HALF = math.log(0.5)
 _AT_FEET_M = 0.5
 CLOSER_M = 0.35
+"""What is known to this deviation is looked at closer where it should be, also in a picture that does not point at
+it."""
 MIDDLE_SPREAD_M = 0.2
 """Deviation of the middle of the room from what the map shows."""
 SEARCHING_TURN_RAD_S, CARRYING_TURN_RAD_S = 1.0, 0.6
