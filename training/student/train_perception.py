@@ -491,6 +491,7 @@ def main() -> None:
     if args.word_dropout is not None:
         perception.text.word_dropout = args.word_dropout
     perception.faces.requires_grad_(not args.keep_faces)
+    perception.closer.requires_grad_(False)  # learned alone, by train_closer.py
     if args.only_heads:
         perception.requires_grad_(False)
         for head in (perception.landmarks, perception.movable):

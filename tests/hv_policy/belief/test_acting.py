@@ -448,7 +448,7 @@ def test_what_has_been_in_the_hands_is_looked_at_closer_and_told_in_metres(state
 
 
 def test_how_large_a_thing_was_is_remembered_from_before_it_was_touched(states):
-    policy, frame = sure_believer(states)
+    policy, _ = sure_believer(states)
     following = policy.student.following
     belief, none = following.belief, torch.tensor([False, False])
     half_m = torch.tensor([0.1, 0.15])
