@@ -201,25 +201,15 @@ def test_weights_may_go_part_of_the_way(trainer, tmp_path):
     assert len(changed) == len(list(perception.parameters()))
 
 
-def test_how_faces_run_is_trained_alone(packed, tmp_path):
-    script, options = FOLDER / "train_faces.py", ["--seconds=2", "--batch=8"]
+@pytest.mark.parametrize("head", ["faces", "closer"])
+def test_a_head_is_trained_alone(head, packed, tmp_path):
+    script, options = FOLDER / f"train_{head}.py", ["--seconds=2", "--batch=8"]
     folders = ["--init", SHIPPED_STUDENT, "--frames", packed, "--output", tmp_path]
     done = subprocess.run([sys.executable, script, *folders, *options], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr[-2000:]
     before, after = (load_file(folder / "model.safetensors") for folder in (SHIPPED_STUDENT, tmp_path))
     changed = {name for name in before if not torch.equal(before[name], after[name])}
-    assert changed == {name for name in before if name.startswith("network.perception.faces.")}
-    assert load_student(tmp_path).student is not None
-
-
-def test_the_closer_look_is_trained_alone(packed, tmp_path):
-    script, options = FOLDER / "train_closer.py", ["--seconds=2", "--batch=8"]
-    folders = ["--init", SHIPPED_STUDENT, "--frames", packed, "--output", tmp_path]
-    done = subprocess.run([sys.executable, script, *folders, *options], capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr[-2000:]
-    before, after = (load_file(folder / "model.safetensors") for folder in (SHIPPED_STUDENT, tmp_path))
-    changed = {name for name in before if not torch.equal(before[name], after[name])}
-    assert changed == {name for name in before if name.startswith("network.perception.closer.")}
+    assert changed == {name for name in before if name.startswith(f"network.perception.{head}.")}
     assert load_student(tmp_path).student is not None
 
 
