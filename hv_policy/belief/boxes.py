@@ -8,8 +8,15 @@ from torch import Tensor
 from hv_policy.belief.camera import camera_position, ray_directions
 from hv_policy.motor.proprioception import BodyState
 
+MOVABLE_HALF_M = 0.24
+"""Things to be moved are no wider than that, nearly all furniture is."""
 BOX_DIM = 7
 """Middle 3 and half extents 3 in m, yaw in rad; heading frame with its origin on the floor."""
+
+
+def can_be_carried(boxes: Tensor) -> Tensor:
+    """(B, T) bool, of boxes (B, T, BOX_DIM)."""
+    return boxes[..., 3:5].amax(-1) < MOVABLE_HALF_M
 
 
 def first_box_hit(body: BodyState, rays: Tensor, boxes: Tensor, exists: Tensor) -> Tensor:

@@ -140,21 +140,20 @@ def look_closer(head: CloserLook, pictures: Tensor, body: BodyState, at_h: Tenso
         wanted: (n,) bool: at the others nobody looks.
     """
     rows = (wanted & _may_look(body, at_h)).nonzero()[:, 0]
-    own, shown, first = body.rows(rows), pictures[rows.to(pictures.device)], at_h[rows]
-    at, axes = first, view_axes(own, first)
-    spread, outline, attitude = torch.zeros_like(first), torch.zeros_like(first), torch.zeros_like(first)
-    sure = torch.zeros(len(rows), dtype=torch.bool)
-    for _ in range(TIMES if len(rows) else 0):
+    at = first = at_h[rows]
+    if not len(rows):
+        return Found(rows, first, first, first, first)
+    own, shown = body.rows(rows), pictures[rows.to(pictures.device)]
+    for _ in range(TIMES):
         axes = view_axes(own, at)
         found = head(shown, own.to(shown), at.to(shown))
-        sure, spread = (found.seen > 0).cpu(), found.log_spread.exp().cpu()
-        outline, attitude = found.outline.cpu(), found.attitude.cpu()
+        sure = (found.seen > 0).cpu()
         at = torch.where(sure[:, None], found.at.cpu(), at)
     sure = sure & ((at - first)[:, :2].norm(dim=1) < REACH_M + _BEYOND_M)
-    variance = (axes * spread[..., None]).square().sum(1)
+    variance = (axes * found.log_spread.exp().cpu()[..., None]).square().sum(1)
     level = variance[:, :2].mean(1, keepdim=True).expand(-1, 2)
     deviation = torch.cat([level, variance[:, 2:]], 1).sqrt()
-    return Found(rows[sure], at[sure], deviation[sure], outline[sure], attitude[sure])
+    return Found(rows[sure], at[sure], deviation[sure], found.outline.cpu()[sure], found.attitude.cpu()[sure])
 
 
 def _may_look(body: BodyState, at_h: Tensor) -> Tensor:

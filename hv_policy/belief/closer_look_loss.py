@@ -12,7 +12,7 @@ from torch import Tensor
 from hv_policy.belief.attitude import FACES, UPRIGHT, attitude_of
 from hv_policy.belief.camera import camera_position, project
 from hv_policy.belief.closer_look import NEAREST_M, REACH_M, Closer, CloserLook, view_axes
-from hv_policy.belief.outline import axes_of, compass_yaw_rad, half_extent_m, outline_of
+from hv_policy.belief.outline import axes_of, compass_yaw_rad, half_sides_m, outline_of
 from hv_policy.motor.proprioception import BodyState
 
 SEEN_WEIGHT, OUTLINE_WEIGHT, FACES_WEIGHT, UPRIGHT_WEIGHT = 0.15, 0.5, 0.4, 0.6
@@ -23,7 +23,8 @@ _ELSEWHERE_SHARE, _ELSEWHERE_M = 0.12, (0.4, 1.0)
 """So often it is believed so far from where the thing is."""
 FELL_SHARE = 0.6
 """So often, where the task's object lies on its side, it is that which is looked at."""
-_SAME_M = 0.03
+_SAME_M, _STANDS_FROM = 0.03, 0.97
+"""The task's object is the thing that is so near to where it is; what is less upright than the second has fallen."""
 
 
 @dataclass
@@ -47,15 +48,14 @@ class Things:
         away = (boxes[..., :3] - object_h[:, None]).norm(dim=-1).masked_fill(~exists, torch.inf)
         own, is_known = away.argmin(1), away.amin(1) < _SAME_M
         tilted = attitude_of(rotation_6d)
-        fell = torch.where(is_known & (tilted[:, UPRIGHT] < 1 - _SAME_M), own, -1)
+        fell = torch.where(is_known & (tilted[:, UPRIGHT] < _STANDS_FROM), own, -1)
         rows, boxes = (fell >= 0).nonzero()[:, 0], boxes.clone()
         at = rows, own[rows]
         outline[at], attitude[at] = outline_of(rotation_6d[rows], half_extents_m[rows]), tilted[rows]
         yaw = compass_yaw_rad(tilted[rows][:, FACES])
-        wide = [half_extent_m(outline[at], yaw + turn) for turn in (0.0, math.pi / 2)]
         high = (axes_of(rotation_6d[rows])[..., 2].abs() * half_extents_m[rows]).sum(1)
         lying = boxes[at].clone()
-        lying[:, 3:] = torch.stack([*wide, high, yaw], 1)
+        lying[:, 3:] = torch.cat([half_sides_m(outline[at], yaw), high[:, None], yaw[:, None]], 1)
         boxes[at] = lying
         return Things(boxes, outline, attitude, fell, exists)
 
@@ -137,9 +137,9 @@ def closer_look_loss(
         believed, there = seen.seen > 0, truth.counts & truth.is_there
         none = truth.counts & ~truth.is_there
         figures = {f"closer_{name}_m": _median(wrong[there][:, k]) for k, name in enumerate(("ahead", "aside", "up"))}
-        yaw, quarter = compass_yaw_rad(truth.attitude[:, FACES]), math.pi / 2
-        sides = [[half_extent_m(x.outline, yaw + turn)[there] for x in (seen, truth)] for turn in (0.0, quarter)]
-        figures["closer_width_m"] = _median(2 * torch.cat([(said - is_so).abs() for said, is_so in sides]))
+        yaw = compass_yaw_rad(truth.attitude[:, FACES])
+        said, is_so = (half_sides_m(x.outline, yaw)[there] for x in (seen, truth))
+        figures["closer_width_m"] = _median(2 * (said - is_so).abs())
         figures["closer_upright"] = _median((seen.attitude - truth.attitude)[there, UPRIGHT].abs())
         figures["closer_missed"] = (~believed)[there].float().mean()
         figures["closer_imagined"] = believed[none].float().mean()

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from hv_policy.belief.attitude import FACES, UPRIGHT
-from hv_policy.belief.outline import compass_yaw_rad, half_extent_m, outline_along
+from hv_policy.belief.outline import compass_yaw_rad, half_sides_m, outline_along
 from hv_policy.belief.regrip import BELOW_TOP_M
 from hv_policy.belief.stands import LOW_M
 
@@ -25,18 +25,18 @@ _WAYS = torch.tensor(list(permutations(range(3))))
 """(6, 3) which of the lengths runs along the faces, across them, and upward."""
 
 
-def measured_standing(outline: Tensor, attitude: Tensor, height_m: Tensor, above_m: Tensor) -> Tensor:
+def measured_standing(outline: Tensor, faces: Tensor, height_m: Tensor, above_m: Tensor) -> Tensor:
     """(n, 3) half extents of things that stand, along their faces, across and upward.
 
     Args:
-        outline, attitude: (n, 3) (`hv_policy.belief.outline`, `hv_policy.belief.attitude`).
+        outline: (n, 3) (`hv_policy.belief.outline`).
+        faces: (n, 2) which way their faces run (`hv_policy.belief.attitude`): as the walls do, mostly.
         height_m: (n,) of their middles above the floor.
         above_m: (n,) how far above its middle such a thing is held: nearly at its top, which tells the height of what
             stands on a table.
     """
-    yaw = compass_yaw_rad(attitude[:, FACES])
-    wide = [half_extent_m(outline, yaw + turn) for turn in (0.0, torch.pi / 2)]
-    return torch.stack([*wide, torch.where(height_m < LOW_M, height_m, above_m + BELOW_TOP_M)], 1)
+    high = torch.where(height_m < LOW_M, height_m, above_m + BELOW_TOP_M)
+    return torch.cat([half_sides_m(outline, compass_yaw_rad(faces)), high[:, None]], 1)
 
 
 def as_it_lies(half_m: Tensor, outline: Tensor, attitude: Tensor, height_m: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -49,7 +49,7 @@ def as_it_lies(half_m: Tensor, outline: Tensor, attitude: Tensor, height_m: Tens
         height_m: (n,) likewise.
     """
     yaw = compass_yaw_rad(attitude[:, FACES])
-    seen = torch.stack([half_extent_m(outline, yaw + turn) for turn in (0.0, torch.pi / 2)], 1)
+    seen = half_sides_m(outline, yaw)
     ways = half_m[:, _WAYS]  # (n, 6, 3)
     upright = (_WAYS[:, 2] == 2).to(outline)
     wrong = ((ways[..., :2] - seen[:, None]) / WIDTH_SPREAD_M).square().sum(2)

@@ -48,6 +48,11 @@ def half_extent_m(outline: Tensor, yaw_rad: Tensor) -> Tensor:
     return ((c * c * xx + 2 * c * s * xy + s * s * yy) * _SPREAD_UNIT_M2).clamp(min=0.03**2).sqrt()
 
 
+def half_sides_m(outline: Tensor, yaw_rad: Tensor) -> Tensor:
+    """(N, 2) half the extents along yaws (N,) and across them, of which `outline_along` is the inverse."""
+    return torch.stack([half_extent_m(outline, yaw_rad), half_extent_m(outline, yaw_rad + torch.pi / 2)], 1)
+
+
 def outline_along(half_m: Tensor, yaw_rad: Tensor) -> Tensor:
     """(N, 3) the outline that has half extents (N, 2) along yaws (N,) and across them."""
     along, across = (half_m.square() / _SPREAD_UNIT_M2).unbind(1)

@@ -10,7 +10,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from hv_policy.belief.absent_names import are_absent, draw_names, noun_at
-from hv_policy.belief.boxes import first_box_hit
+from hv_policy.belief.boxes import can_be_carried, first_box_hit
 from hv_policy.belief.faces_head import faces_loss
 from hv_policy.belief.floor import POINTS_A_PICTURE, points_to_learn
 from hv_policy.belief.labels import Landmarks
@@ -43,8 +43,7 @@ OUT_OF_VIEW_SHARE = 0.3
 PIECES_ASKED, HIDDEN_ASKED, FOREIGN_ASKED, LARGE_M = 4, 2, 2, 0.3
 """Pieces whose boxes are asked for in a picture: mostly such as are in view and large, such as are elsewhere in the
 room, and such as are not in it."""
-MOVABLE_HALF_M, MOVABLE_WEIGHT = 0.24, 0.2
-"""Things to be moved are no wider than that, nearly all furniture is."""
+MOVABLE_WEIGHT = 0.2
 NAMELESS = "nothing"
 _NEAR_M = 1.5
 
@@ -324,8 +323,7 @@ def movable_loss(
         label: (B, T) int64 which thing each part shows, -1 for none.
         boxes: (B, J, 7) of the things.
     """
-    can_be = boxes[..., 3:5].amax(-1) < MOVABLE_HALF_M
-    truth = can_be.gather(1, label.clamp(min=0)) & (label >= 0)
+    truth = can_be_carried(boxes).gather(1, label.clamp(min=0)) & (label >= 0)
     logits = perception.find_movable(sight)
     loss = F.binary_cross_entropy_with_logits(logits, truth.float(), reduction="none").mean(1)
     wrong = (logits.detach() > 0) != truth

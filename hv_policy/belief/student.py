@@ -552,9 +552,8 @@ class Following:
         first = (holds & ~self.touched).nonzero()[:, 0]
         if len(first):
             belief, places = self.belief, self.belief.places[first]
-            along_walls = torch.cat([belief.compass[first], STANDS[2:].expand(len(first), 1)], 1)
             known = places[:, OBJECT.stop - 1], places[:, MIDDLE.stop - 1]
-            self.stood_m[first] = measured_standing(belief.outline[first], along_walls, *known)
+            self.stood_m[first] = measured_standing(belief.outline[first], belief.compass[first], *known)
         self.touched = self.touched | holds
 
     def _felt(self, body: BodyState, phase: Tensor) -> tuple[Tensor, Tensor]:

@@ -21,11 +21,10 @@ from tqdm import tqdm
 from train_perception import coded_pictures, decoded, load_perception, save, warmed_cosine
 
 from hv_policy.belief import mirror
-from hv_policy.belief.boxes import first_box_hit
+from hv_policy.belief.boxes import can_be_carried, first_box_hit
 from hv_policy.belief.camera import pixel_rays
 from hv_policy.belief.closer_look import FARTHEST_M, CloserLook
 from hv_policy.belief.closer_look_loss import Things, closer_look_loss
-from hv_policy.belief.perception_loss import MOVABLE_HALF_M
 from hv_policy.belief.places import OBJECT
 from hv_policy.half_precision import in_half
 from hv_policy.motor.proprioception import read_proprioception
@@ -157,8 +156,7 @@ def read_frames(files: list[Path]) -> tuple[Frames, list[int]]:
         things = Things.of(boxes, exists, places[:, OBJECT], rotation, half)
         label = first_box_hit(read_proprioception(state), rays, things.boxes, exists)
         in_view = torch.nn.functional.one_hot(label + 1, exists.shape[1] + 1)[..., 1:].sum(1) >= LEAST_RAYS
-        carried = boxes[..., 3:5].amax(-1) < MOVABLE_HALF_M
-        near = carried & in_view & exists & (boxes[..., :2].norm(dim=-1) < FARTHEST_M)
+        near = can_be_carried(boxes) & in_view & exists & (boxes[..., :2].norm(dim=-1) < FARTHEST_M)
         rows = near.any(1).nonzero()[:, 0]
         things = replace(things, near=near).rows(rows)
         fell = (things.fell >= 0) & things.near[torch.arange(len(rows)), things.fell]

@@ -3,7 +3,7 @@ import math
 import pytest
 import torch
 
-from hv_policy.belief.attitude import UPRIGHT, attitude_of
+from hv_policy.belief.attitude import FACES, UPRIGHT, attitude_of
 from hv_policy.belief.fallen import as_it_lies, measured_standing
 from hv_policy.belief.outline import half_extent_m, outline_of
 
@@ -25,7 +25,7 @@ def turned(yaw_rad: float, roll_rad: float, about: int) -> torch.Tensor:
 def test_what_stands_is_as_high_as_its_middle_is_or_as_where_it_is_held(height_m):
     pose = turned(0.4, 0.0, 0)
     outline, attitude = outline_of(pose, HALF_M), attitude_of(pose)
-    found = measured_standing(outline, attitude, torch.tensor([height_m]), torch.tensor([0.205]))
+    found = measured_standing(outline, attitude[:, FACES], torch.tensor([height_m]), torch.tensor([0.205]))
     torch.testing.assert_close(found, HALF_M, atol=1e-4, rtol=0)
 
 

@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import pytest
 import torch
 
+from hv_policy.belief.boxes import MOVABLE_HALF_M
 from hv_policy.belief.landmark_head import Piece
-from hv_policy.belief.perception_loss import MOVABLE_HALF_M, movable_loss, pieces_loss
+from hv_policy.belief.perception_loss import movable_loss, pieces_loss
 
 
 def boxes_of(*rows: list[float]) -> torch.Tensor:
